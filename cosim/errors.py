@@ -1,0 +1,32 @@
+"""What can go wrong between participants."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+from softbody_core import SoftBodyError
+
+
+class ConnectionError(SoftBodyError, ValueError):  # noqa: A001 - the co-simulation term
+    """Two ports cannot be connected, or a port is unknown or left open."""
+
+
+class SignalError(SoftBodyError, ArithmeticError):
+    """A value that is not finite crossed a connection."""
+
+
+class FmuError(SoftBodyError, RuntimeError):
+    """An FMU cannot be loaded, does not fit, or failed while it ran."""
+
+
+class ControllerError(SoftBodyError, ValueError):
+    """A controller's source cannot be built into an FMU."""
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """Suggest the known name that is most like `name`, and list them all."""
+    names = sorted(known)
+    matches = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
+    hint = f"did you mean {matches[0]!r}? " if matches else ""
+    return f"{hint}known: {', '.join(names) if names else 'none'}"

@@ -1,0 +1,149 @@
+"""What an FMU says of itself, checked before it runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Final
+
+import fmpy
+from fmpy.model_description import ModelDescription, ModelVariable
+
+from cosim.errors import FmuError
+from cosim.fmu_folder import FmuFolder
+from cosim.participant import Causality, Port
+from cosim.units import Unit, UnitError, unit
+
+NUMBERS: Final = frozenset(
+    {"Real", "Integer", "Boolean", "Enumeration", "Float64", "Float32", "Boolean"}
+    | {f"{sign}Int{bits}" for sign in ("", "U") for bits in (8, 16, 32, 64)}
+)
+"""Types of FMI 2.0 and 3.0 whose values can cross a connection."""
+
+_PINT_BASE: Final = {
+    "kg": "[mass]",
+    "m": "[length]",
+    "s": "[time]",
+    "A": "[current]",
+    "K": "[temperature]",
+    "mol": "[substance]",
+    "cd": "[luminosity]",
+}
+
+
+def read_description(path: Path, folder: FmuFolder) -> ModelDescription:
+    """Read and check the model description of an unpacked FMU.
+
+    Raises
+    ------
+    FmuError
+        If it cannot be read, is not FMI 2.0 or 3.0 co-simulation, or has no binary for this machine.
+    """
+    try:
+        description = fmpy.read_model_description(str(folder.path), validate=False)
+    except Exception as error:  # lxml and fmpy raise plain exceptions
+        raise FmuError(f"FMU {path}: its modelDescription.xml cannot be read ({error})") from error
+    version = description.fmiVersion or ""
+    if not version.startswith(("2.", "3.")):
+        raise FmuError(f"FMU {path} is FMI {version}; expected FMI 2.0 or 3.0")
+    if description.coSimulation is None:
+        raise FmuError(
+            f"FMU {path} offers no co-simulation (only model exchange); export it as one that does"
+        )
+    platform = fmpy.platform if version.startswith("2.") else fmpy.platform_tuple
+    identifier = description.coSimulation.modelIdentifier
+    name = f"binaries/{platform}/{identifier}{fmpy.sharedLibraryExtension}"
+    if not (folder.path / name).is_file():
+        raise FmuError(
+            f"FMU {path} has no binary for this machine ({name}); "
+            f"it runs on: {', '.join(fmpy.supported_platforms(str(folder.path))) or 'none'}"
+        )
+    return description
+
+
+def numeric_variables(path: Path, description: ModelDescription) -> dict[str, ModelVariable]:
+    """Scalar numeric inputs, outputs and parameters, by name.
+
+    Raises
+    ------
+    FmuError
+        If an input or output has a variability that does not change.
+    """
+    chosen = {}
+    for variable in description.modelVariables:
+        if variable.type not in NUMBERS or variable.dimensions:
+            continue
+        if variable.causality in ("input", "output"):
+            if variable.variability not in (None, "continuous", "discrete"):
+                raise FmuError(
+                    f"FMU {path}: {variable.causality} {variable.name} has variability "
+                    f"{variable.variability!r}; expected continuous or discrete"
+                )
+            chosen[variable.name] = variable
+    return chosen
+
+
+def ports_of(path: Path, description: ModelDescription) -> dict[str, Port]:
+    """Inputs and outputs as ports with their units."""
+    units = declared_units(path, description)
+    return {
+        name: Port(name, unit_of(path, variable, units), Causality(variable.causality),
+                   variable.description or "")
+        for name, variable in numeric_variables(path, description).items()
+    }
+
+
+def unit_of(path: Path, variable: ModelVariable, units: Mapping[str, Unit]) -> Unit | None:
+    """Unit of a variable, or of its declared type; None for a variable without one."""
+    symbol = variable.unit or (variable.declaredType.unit if variable.declaredType else None)
+    if symbol is None:
+        return None
+    if symbol not in units:
+        raise FmuError(
+            f"FMU {path}: unit {symbol!r} of {variable.name} is neither declared in its "
+            "UnitDefinitions nor known; declare it with a BaseUnit"
+        )
+    return units[symbol]
+
+
+def declared_units(path: Path, description: ModelDescription) -> dict[str, Unit]:
+    """Units in use, from their BaseUnit where there is one and from their name otherwise.
+
+    Raises
+    ------
+    FmuError
+        If name and BaseUnit disagree: a controller that says cmH2O and means Pa.
+    """
+    used = {v.unit or (v.declaredType.unit if v.declaredType else None)
+            for v in description.modelVariables} - {None}
+    declared = {u.name: u.baseUnit for u in description.unitDefinitions if u.baseUnit is not None}
+    units: dict[str, Unit] = {}
+    for symbol in used:
+        try:
+            known: Unit | None = unit(symbol)
+        except UnitError:
+            known = None
+        if symbol in declared:
+            units[symbol] = _from_base(symbol, declared[symbol])
+            if known is not None and not _agree(known, units[symbol]):
+                raise FmuError(
+                    f"FMU {path}: unit {symbol!r} is declared as {units[symbol].factor:.9g} SI "
+                    f"units, but {symbol} is {known.factor:.9g}; correct its BaseUnit"
+                )
+        elif known is not None:
+            units[symbol] = known
+    return units
+
+
+def _from_base(symbol: str, base: object) -> Unit:
+    dimension = frozenset(
+        (name, power) for si, name in _PINT_BASE.items() if (power := int(getattr(base, si, 0)))
+    )
+    factor, offset = float(getattr(base, "factor", 1.0)), float(getattr(base, "offset", 0.0))
+    return Unit(symbol, dimension, factor, offset)
+
+
+def _agree(known: Unit, declared: Unit) -> bool:
+    # Factors are often written with six digits, as 98.0665 or 0.0101972.
+    close = abs(known.factor - declared.factor) <= 1e-5 * abs(known.factor)
+    return known.dimension == declared.dimension and close

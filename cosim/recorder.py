@@ -1,0 +1,96 @@
+"""From communication points to an xarray dataset."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import xarray as xr
+
+from cosim.loop import CommunicationPoint
+from cosim.participant import Participant
+from cosim.units import unit
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A variable of the dataset and the outputs that it records.
+
+    Attributes
+    ----------
+    name : str
+        In the dataset.
+    sources : tuple of str
+        "participant.port"; one, or three for a variable along the dimension ``axis``.
+    units : str or None
+        In the dataset, converted from the port's; None keeps the port's own unit.
+    long_name : str
+        For axes of plots.
+    attributes : mapping
+        Further attributes.
+    """
+
+    name: str
+    sources: tuple[str, ...]
+    units: str | None
+    long_name: str
+    attributes: Mapping[str, object] = field(default_factory=dict)
+
+
+class Recorder:
+    """Keeps outputs at every communication point.
+
+    Parameters
+    ----------
+    participants : sequence of Participant
+        Whose ports are recorded.
+    variables : sequence of Variable
+        What to keep; all sources must exist.
+    """
+
+    def __init__(self, participants: Sequence[Participant], variables: Sequence[Variable]) -> None:
+        self._variables = variables
+        self._ends = [
+            (owner, port)
+            for variable in variables
+            for owner, _, port in (source.partition(".") for source in variable.sources)
+        ]
+        ports = {participant.name: participant.ports for participant in participants}
+        self._port_units = [ports[owner][port].unit for owner, port in self._ends]
+        self._times: list[float] = []
+        self._rows: list[list[float]] = []
+
+    def record(self, point: CommunicationPoint) -> None:
+        """Keep one point."""
+        self._times.append(point.time)
+        self._rows.append([point.outputs[owner][port] for owner, port in self._ends])
+
+    def dataset(self) -> xr.Dataset:
+        """Everything that was kept, in the units of the variables."""
+        columns = iter(np.array(self._rows).reshape(-1, len(self._ends)).T)
+        port_units = iter(self._port_units)
+        data: dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, object]]] = {}
+        for variable in self._variables:
+            series = []
+            symbol = variable.units
+            for _ in variable.sources:
+                values, port_unit = next(columns), next(port_units)
+                if symbol is None:
+                    symbol = "1" if port_unit is None else port_unit.symbol
+                elif port_unit is not None:
+                    factor, offset = port_unit.conversion_to(unit(symbol))
+                    values = factor * values + offset
+                series.append(values)
+            attributes = {
+                "units": symbol,
+                "long_name": variable.long_name,
+                **variable.attributes,
+            }
+            if len(series) == 1:
+                data[variable.name] = (("time",), series[0], attributes)
+            else:
+                data[variable.name] = (("time", "axis"), np.stack(series, axis=1), attributes)
+        time = ("time", np.array(self._times), {"units": "s", "long_name": "simulated time"})
+        axis = ("axis", np.array(["x", "y", "z"]), {"long_name": "coordinate axis"})
+        return xr.Dataset(data, coords={"time": time, "axis": axis})

@@ -1,0 +1,29 @@
+"""What to run, and what comes of it.
+
+>>> import scenarios
+>>> lung = scenarios.load("sphere-lung", {"run.cycles": 1})
+>>> float(scenarios.run(lung)["volume"].max()) > 5
+True
+"""
+
+from scenarios.analysis import Compartment, breaths, fit_compartment
+from scenarios.catalogue import load, names
+from scenarios.errors import OutputError, RunError, ScenarioError
+from scenarios.plots import overview
+from scenarios.runner import Progress, run
+from scenarios.schema import Scenario
+
+__all__ = [
+    "Compartment",
+    "OutputError",
+    "Progress",
+    "RunError",
+    "Scenario",
+    "ScenarioError",
+    "breaths",
+    "fit_compartment",
+    "load",
+    "names",
+    "overview",
+    "run",
+]

@@ -1,0 +1,187 @@
+"""The command line: ``softbody``, or ``python -m scenarios``."""
+
+from __future__ import annotations
+
+import sys
+import tomllib
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import App, CycloptsError, Parameter
+from rich.console import Console
+
+from cosim import UnitError, quantity
+from cosim.controllers import CONTROLLERS, build, controller_source
+from scenarios.catalogue import load, names
+from scenarios.errors import OutputError, RunError, ScenarioError
+from scenarios.output import check_writable, save
+from scenarios.plots import save_overview
+from scenarios.report import progress_bar, show_breaths
+from scenarios.runner import run
+from softbody_core import SoftBodyError
+
+BAD_INPUT, FAILED_RUN, INTERRUPTED = 2, 3, 130
+
+app = App(
+    name="softbody",
+    help="Soft bodies driven by respiratory controllers.\n\n"
+    "Start with `softbody run lung`: five breaths of a lung, as a dataset and a picture.",
+    version_flags=["--version"],
+)
+controller_app = App(name="controller", help="Controllers: list them, or write one as an FMU.")
+app.command(controller_app)
+
+
+@app.command(name="list")
+def list_() -> None:
+    """List the scenarios that ship."""
+    out = Console()
+    width = max(map(len, names()))
+    for name in names():
+        out.print(f"{name:{width}}  {load(name).title}", highlight=False)
+
+
+@app.command(name="run")
+def run_(
+    scenario: str,
+    /,
+    *,
+    controller: str | None = None,
+    set_: Annotated[tuple[str, ...], Parameter(name="--set", negative=())] = (),
+    cycles: int | None = None,
+    output: Annotated[Path, Parameter(name=["--output", "-o"])] = Path("out.nc"),
+    positions: str | None = None,
+    plot: bool = True,
+    quiet: Annotated[bool, Parameter(negative=())] = False,
+) -> None:
+    """Run a scenario; write a dataset and a picture beside it.
+
+    Parameters
+    ----------
+    scenario
+        A name from `softbody list`, or a TOML file.
+    controller
+        Another controller: a name from `softbody controller list`, or an FMU file.
+    set_
+        Change a value, such as --set forces.alpha=0.5 or --set "body.mass=0.4 kg". May be repeated.
+    cycles
+        Number of breaths.
+    output
+        The netCDF4 file to write; the picture gets the same name with .png.
+    positions
+        Keep all point positions at this interval, such as "0.1 s".
+    plot
+        Draw the picture.
+    quiet
+        Print nothing but errors.
+    """
+    changes: dict[str, Any] = dict(_assignment(text) for text in set_)
+    if cycles is not None:
+        changes["run.cycles"] = cycles
+    chosen = load(scenario, changes)
+    if output.suffix == ".png":
+        raise OutputError(f"output {output} is where the picture goes; name it like out.nc")
+    check_writable(output)
+    picture = output.with_suffix(".png")
+    if plot:
+        check_writable(picture)
+    out = Console(quiet=quiet)
+    failure: RunError | None = None
+    with progress_bar(out) as progress:
+        try:
+            dataset = run(
+                chosen, controller, positions_every=_interval(positions), progress=progress
+            )
+        except RunError as error:
+            failure, dataset = error, error.dataset
+    save(dataset, output)
+    written = [output]
+    if plot:
+        save_overview(dataset, picture)
+        written.append(picture)
+    show_breaths(out, dataset)
+    out.print(f"wrote {' and '.join(map(str, written))}", highlight=False, soft_wrap=True)
+    if failure is not None:
+        raise failure
+
+
+@controller_app.command(name="list")
+def list_controllers() -> None:
+    """List the controllers that ship."""
+    out = Console()
+    for name in CONTROLLERS:
+        said = controller_source(name).read_text(encoding="utf-8").split('"""')[1]
+        out.print(f"{name:18}{said.splitlines()[0]}", highlight=False, soft_wrap=True)
+
+
+@controller_app.command(name="build")
+def build_controller(
+    source: str, /, *, output: Annotated[Path, Parameter(name=["--output", "-o"])]
+) -> None:
+    """Write a controller as an FMU.
+
+    Parameters
+    ----------
+    source
+        A name from `softbody controller list`, or a Python file with a pythonfmu class.
+    output
+        The FMU to write.
+    """
+    check_writable(output)
+    path = Path(source) if source.endswith(".py") else controller_source(source)
+    Console().print(f"wrote {build(path, output)}", highlight=False, soft_wrap=True)
+
+
+def _assignment(text: str) -> tuple[str, Any]:
+    """Split "path=value"; the value is TOML where it can be read so, and text otherwise."""
+    path, equals, value = text.partition("=")
+    if not equals or not path:
+        raise ScenarioError(f"--set {text!r}: expected path=value, such as forces.alpha=0.5")
+    try:
+        return path.strip(), tomllib.loads(f"value = {value}")["value"]
+    except tomllib.TOMLDecodeError:
+        return path.strip(), value.strip()
+
+
+def _interval(text: str | None) -> float | None:
+    if text is None:
+        return None
+    try:
+        return quantity(text, "s")
+    except UnitError as error:
+        raise ScenarioError(f"--positions: {error}") from error
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command line.
+
+    Parameters
+    ----------
+    arguments : list of str, optional
+        In place of ``sys.argv``.
+
+    Returns
+    -------
+    int
+        0; 2 for bad input; 3 for a run that failed on its way; 130 for one that was interrupted.
+    """
+    errors = Console(stderr=True)
+    try:
+        app(arguments, exit_on_error=False, print_error=False, result_action="return_value")
+    except CycloptsError as error:
+        errors.print(f"error: {error}", style="red", markup=False, highlight=False)
+        errors.print("softbody --help tells more", markup=False, highlight=False)
+        return BAD_INPUT
+    except RunError as error:
+        errors.print(f"error: {error}", style="red", markup=False, highlight=False)
+        return INTERRUPTED if isinstance(error.__cause__, KeyboardInterrupt) else FAILED_RUN
+    except SoftBodyError as error:
+        errors.print(f"error: {error}", style="red", markup=False, highlight=False)
+        return BAD_INPUT
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

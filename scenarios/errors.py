@@ -1,0 +1,29 @@
+"""What can go wrong with a scenario or its run."""
+
+from __future__ import annotations
+
+import xarray as xr
+
+from softbody_core import SoftBodyError
+
+
+class ScenarioError(SoftBodyError, ValueError):
+    """A scenario is not as expected; the message starts with the path of the bad field."""
+
+
+class OutputError(SoftBodyError, OSError):
+    """A result cannot be written where it should go."""
+
+
+class RunError(SoftBodyError, RuntimeError):
+    """A run ended early; what was computed until then is in `dataset`.
+
+    Attributes
+    ----------
+    dataset : xarray.Dataset
+        Everything up to the last good communication point, with the reason in ``status``.
+    """
+
+    def __init__(self, message: str, dataset: xr.Dataset) -> None:
+        super().__init__(message)
+        self.dataset = dataset

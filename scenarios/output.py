@@ -1,0 +1,46 @@
+"""Where results go: found writable before a run, written at once after it."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from pathlib import Path
+
+import xarray as xr
+
+from scenarios.errors import OutputError
+
+_COMPRESSED = {"zlib": True, "complevel": 4}
+
+
+def check_writable(path: Path) -> None:
+    """Raise `OutputError` unless a file can be written at `path`."""
+    if path.is_dir():
+        raise OutputError(f"output {path} is a folder; name a file in it, such as {path / 'out.nc'}")
+    if not path.parent.is_dir():
+        raise OutputError(f"output {path}: folder {path.parent} does not exist; make it first")
+    if path.exists() and not os.access(path, os.W_OK):
+        raise OutputError(f"output {path} exists and cannot be overwritten")
+    try:
+        with tempfile.TemporaryFile(dir=path.parent):
+            pass
+    except OSError as error:
+        raise OutputError(f"output {path} cannot be written: {error.strerror}") from error
+
+
+def save(dataset: xr.Dataset, path: Path) -> None:
+    """Write a dataset as netCDF4; an older file there is replaced only when the new one is whole.
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written.
+    """
+    encoding = {"position": _COMPRESSED} if "position" in dataset else {}
+    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
+    try:
+        dataset.to_netcdf(partial, engine="netcdf4", format="NETCDF4", encoding=encoding)
+        partial.replace(path)
+    except OSError as error:
+        partial.unlink(missing_ok=True)
+        raise OutputError(f"output {path} cannot be written: {error}") from error

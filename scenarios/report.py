@@ -1,0 +1,75 @@
+"""What people see in a terminal: a progress bar, and a table of breaths."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import xarray as xr
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from scenarios.runner import Progress as RunProgress
+from scenarios.analysis import breaths
+
+
+@contextmanager
+def progress_bar(console: Console) -> Iterator[Callable[[RunProgress], None]]:
+    """Show simulated time and speed while a run goes on."""
+    columns = (
+        BarColumn(bar_width=30),
+        TextColumn("{task.fields[time]:6.2f} of {task.total:.2f} s simulated"),
+        TextColumn("{task.fields[speed]:5.1f} × real time"),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=console, disable=console.quiet) as bar:
+        task = bar.add_task("run", total=None, time=0.0, speed=0.0, visible=False)
+
+        def show(progress: RunProgress) -> None:
+            speed = progress.time / progress.wall_time if progress.wall_time > 0 else 0.0
+            bar.update(
+                task,
+                total=progress.duration,
+                completed=progress.time,
+                time=progress.time,
+                speed=speed,
+                visible=True,
+            )
+
+        yield show
+
+
+def show_breaths(console: Console, dataset: xr.Dataset) -> None:
+    """Print the volumes of each breath, and how fast the run was."""
+    seen = breaths(dataset)
+    simulated = float(dataset["time"][-1])
+    speed = simulated / dataset.attrs["wall_time"] if dataset.attrs["wall_time"] > 0 else 0.0
+    caption = (
+        f"{simulated:.4g} s simulated in {dataset.attrs['wall_time']:.3g} s "
+        f"(real-time factor {speed:.3g}); rest volume {float(dataset['volume'][0]):.4g} L"
+    )
+    if seen.sizes["breath"] == 0:
+        console.print(f"no complete breath; {caption}", highlight=False)
+        return
+    table = Table(title=dataset.attrs["title"], caption=caption, caption_justify="left")
+    for heading in (
+        "breath", "end-insp. (L)", "end-exp. (L)", "tidal (L)", "residual (L)", "duration (s)"
+    ):
+        table.add_column(heading, justify="right")
+    for number in seen["breath"].to_numpy():
+        one = seen.sel(breath=number)
+        table.add_row(
+            str(number),
+            *(
+                f"{float(one[name]):.3f}"
+                for name in (
+                    "end_inspiratory_volume",
+                    "end_expiratory_volume",
+                    "tidal_volume",
+                    "residual_volume",
+                    "duration",
+                )
+            ),
+        )
+    console.print(table)

@@ -1,0 +1,238 @@
+"""What a scenario is, and how a TOML file becomes one."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import tomli_w
+
+from cosim import ALGORITHMS
+from scenarios.decode import choose, decode, refuse_unknown, table
+from scenarios.errors import ScenarioError
+from softbody_core import CONSTRAINTS, FORCES, INTEGRATORS, VelocityVerlet, Weights
+from softbody_core.constraints import Constraint
+from softbody_core.forces import Force
+from softbody_core.integrators import Integrator
+from softbody_core.parameters import Parameters, Quantity
+
+ControllerValue = float | int | bool | str
+
+_TABLES = ["mesh", "body", "forces", "constraints", "controller", "integrator", "coupling", "run"]
+
+
+@dataclass(frozen=True)
+class Mesh(Parameters):
+    """Where the surface comes from: exactly one of `lung`, `file` and `ball`.
+
+    Parameters
+    ----------
+    lung : str, optional
+        A surface that ships, by name.
+    file : str, optional
+        A surface file, relative to the scenario's folder, in metres.
+    ball : int, optional
+        Number of points of a ball.
+    volume : float, optional
+        Enclosed volume to scale the surface to, m³; a ball needs it.
+    weld : bool
+        Merge points at the same position.
+    """
+
+    lung: str | None = None
+    file: str | None = None
+    ball: int | None = None
+    volume: Annotated[float | None, Quantity("m^3", above=0)] = None
+    weld: bool = False
+
+
+@dataclass(frozen=True)
+class Body(Parameters):
+    """Mass of the body, kg."""
+
+    mass: Annotated[float, Quantity("kg", above=0)]
+
+
+@dataclass(frozen=True)
+class Controller:
+    """A controller that ships, or an FMU file, and what its parameters are set to."""
+
+    use: str
+    parameters: Mapping[str, ControllerValue] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Coupling(Parameters):
+    """Coupling algorithm and communication step, s."""
+
+    step: Annotated[float, Quantity("s", above=0)]
+    algorithm: Literal["gauss-seidel", "jacobi"] = "gauss-seidel"
+
+
+@dataclass(frozen=True)
+class Run(Parameters):
+    """Length of a run: `cycles` breaths of `period` seconds."""
+
+    period: Annotated[float, Quantity("s", above=0)]
+    cycles: Annotated[int, Quantity("1", at_least=1)] = 5
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """Everything that decides a result. Read one with `scenarios.load`.
+
+    Attributes
+    ----------
+    name, title : str
+        Short and long.
+    mesh, body, weights, forces, constraints, integrator
+        The body.
+    controller, coupling, run
+        What drives it, how they are coupled, and for how long.
+    text : str
+        The scenario as TOML; loading it again gives an equal scenario.
+    folder : Path
+        Against which relative paths in it are read.
+    """
+
+    name: str
+    title: str
+    mesh: Mesh
+    body: Body
+    weights: Weights
+    forces: tuple[Force, ...]
+    constraints: tuple[Constraint, ...]
+    controller: Controller
+    integrator: Integrator
+    coupling: Coupling
+    run: Run
+    text: str
+    folder: Path
+
+    def changed(self, changes: Mapping[str, Any]) -> Scenario:
+        """Return this scenario with values replaced, by dotted path."""
+        return parse(self.name, self.text, self.folder, changes)
+
+    @property
+    def steps(self) -> int:
+        """Number of communication steps."""
+        return max(1, round(self.run.cycles * self.run.period / self.coupling.step))
+
+
+def parse(name: str, text: str, folder: Path, changes: Mapping[str, Any] | None = None) -> Scenario:
+    """Make a scenario of TOML text.
+
+    Parameters
+    ----------
+    name : str
+        For messages and datasets.
+    text : str
+        TOML.
+    folder : Path
+        Against which relative paths are read.
+    changes : mapping, optional
+        Values to put in place first, by dotted path: ``{"forces.alpha": 0.5}``.
+
+    Raises
+    ------
+    ScenarioError
+        With the path of the bad field.
+    """
+    try:
+        data = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ScenarioError(f"scenario {name} is no valid TOML: {error}") from error
+    for path, value in (changes or {}).items():
+        _put(data, path, value)
+    if changes:
+        text = tomli_w.dumps(data)
+    refuse_unknown(data, ["title", *_TABLES], "")
+    for required in ("mesh", "body", "forces", "controller", "coupling", "run"):
+        if required not in data:
+            raise ScenarioError(f"table [{required}] is missing")
+    tables = {key: table(data.get(key, {}), key) for key in _TABLES}
+    weights, forces = _forces(tables["forces"])
+    scenario = Scenario(
+        name=name,
+        title=str(data.get("title", name)),
+        mesh=_mesh(tables["mesh"]),
+        body=decode(Body, tables["body"], "body"),
+        weights=weights,
+        forces=forces,
+        constraints=tuple(
+            decode(choose(key, CONSTRAINTS, "constraints"), value, f"constraints.{key}")
+            for key, value in tables["constraints"].items()
+        ),
+        controller=_controller(tables["controller"]),
+        integrator=_integrator(tables["integrator"]),
+        coupling=decode(Coupling, tables["coupling"], "coupling"),
+        run=decode(Run, tables["run"], "run"),
+        text=text,
+        folder=folder,
+    )
+    choose(scenario.coupling.algorithm, ALGORITHMS, "coupling.algorithm")
+    wanted = scenario.run.cycles * scenario.run.period
+    if not math.isclose(scenario.steps * scenario.coupling.step, wanted, rel_tol=1e-9):
+        raise ScenarioError(
+            f"coupling.step = {scenario.coupling.step:.6g} s does not divide the run of "
+            f"{wanted:.6g} s; choose a whole part of run.period"
+        )
+    return scenario
+
+
+def _mesh(data: dict[str, Any]) -> Mesh:
+    mesh = decode(Mesh, data, "mesh")
+    given = [key for key in ("lung", "file", "ball") if getattr(mesh, key) is not None]
+    if len(given) != 1:
+        raise ScenarioError(
+            f"mesh: expected exactly one of lung, file and ball; got {', '.join(given) or 'none'}"
+        )
+    if mesh.ball is not None and mesh.volume is None:
+        raise ScenarioError('mesh.volume is missing; a ball needs text like "2.5 L"')
+    return mesh
+
+
+def _forces(data: dict[str, Any]) -> tuple[Weights, tuple[Force, ...]]:
+    greek = ["alpha", "beta", "gamma", "delta"]
+    refuse_unknown(data, [*greek, *FORCES], "forces")
+    weights = decode(Weights, {k: v for k, v in data.items() if k in greek}, "forces")
+    laws = {key: value for key, value in data.items() if key in FORCES}
+    return weights, tuple(
+        decode(FORCES[key], value, f"forces.{key}") for key, value in laws.items()
+    )
+
+
+def _controller(data: dict[str, Any]) -> Controller:
+    """Read ``use``, and of the tables of parameters the one that bears its name."""
+    use = data.get("use")
+    if not isinstance(use, str):
+        raise ScenarioError(f"controller.use = {use!r}: expected a controller's name or an FMU file")
+    for key, value in data.items():
+        if key != "use":
+            table(value, f"controller.{key}")
+    parameters = data.get(Path(use).stem if use.endswith(".fmu") else use, {})
+    for key, value in parameters.items():
+        if not isinstance(value, ControllerValue):
+            raise ScenarioError(f"controller.{use}.{key} = {value!r}: expected a single value")
+    return Controller(use, parameters)
+
+
+def _integrator(data: dict[str, Any]) -> Integrator:
+    if not data:
+        return VelocityVerlet()
+    options = dict(data)
+    method = options.pop("method", None)
+    return decode(choose(method, INTEGRATORS, "integrator.method"), options, "integrator")
+
+
+def _put(data: dict[str, Any], path: str, value: Any) -> None:
+    """Set a value at a dotted path, making tables on the way."""
+    *parents, last = path.split(".")
+    here = data
+    for index, key in enumerate(parents):
+        here = table(here.setdefault(key, {}), ".".join(parents[: index + 1]))
+    here[last] = value

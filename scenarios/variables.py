@@ -1,0 +1,64 @@
+"""The variables of a result dataset, with their units."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final
+
+from cosim import Causality, Participant, Port, Variable
+
+_BODY: Final = [
+    Variable("volume", ("body.volume",), "L", "enclosed volume"),
+    Variable("bounding_box_volume", ("body.bounding_box_volume",), "L", "bounding box volume"),
+    Variable(
+        "bounding_box_min",
+        tuple(f"body.bounding_box_min_{axis}" for axis in "xyz"),
+        "m",
+        "lowest corner of the bounding box",
+    ),
+    Variable(
+        "bounding_box_max",
+        tuple(f"body.bounding_box_max_{axis}" for axis in "xyz"),
+        "m",
+        "highest corner of the bounding box",
+    ),
+    Variable("pressure", ("body.pressure",), "cmH2O", "driving pressure across the wall"),
+    Variable(
+        "alveolar_pressure",
+        ("body.alveolar_pressure",),
+        "cmH2O",
+        "pressure that the tissue balances",
+    ),
+    Variable("flow", ("body.flow",), "L/s", "flow into the body"),
+]
+
+_CONTROLLER: Final[dict[str, tuple[str | None, str, Mapping[str, object]]]] = {
+    "delta_p": ("cmH2O", "pressure difference across the wall from the controller", {}),
+    "n": ("1", "number proportional to the molecules inside", {}),
+    "respiratory_pressure": ("cmH2O", "respiratory pressure", {}),
+    "target_volume": ("L", "volume that the controller aims at", {}),
+    "phase": (
+        "1",
+        "phase of the breath",
+        {"flag_values": [0, 1], "flag_meanings": "exhalation inhalation"},
+    ),
+}
+
+
+def variables_of(controller: Participant) -> list[Variable]:
+    """Variables of a run: the body's, those of the controller that have a name here, its others."""
+    return [*_BODY, *(
+        _controller_variable(controller.name, port)
+        for port in controller.ports.values()
+        if port.causality is Causality.OUTPUT
+    )]
+
+
+def _controller_variable(owner: str, port: Port) -> Variable:
+    source = (f"{owner}.{port.name}",)
+    if port.name in _CONTROLLER:
+        units, long_name, attributes = _CONTROLLER[port.name]
+        return Variable(port.name, source, units, long_name, attributes)
+    taken = {variable.name for variable in _BODY}
+    name = f"controller_{port.name}" if port.name in taken else port.name
+    return Variable(name, source, None, port.description or port.name)

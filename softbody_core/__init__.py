@@ -1,0 +1,55 @@
+"""A soft body after Mesit & Guha (2011) and how it moves. NumPy, SciPy and trimesh, nothing else."""
+
+from softbody_core.body import Observation, SavedBody, SoftBody
+from softbody_core.constraints import CONSTRAINTS, PinnedPoints, PinnedTop
+from softbody_core.errors import (
+    DivergenceError,
+    MeshError,
+    ParameterError,
+    SoftBodyError,
+    StepLimitError,
+)
+from softbody_core.forces import (
+    FORCES,
+    AirwayResistance,
+    Gravity,
+    InternalPressure,
+    MassSpring,
+    SurfaceSPH,
+)
+from softbody_core.integrators import INTEGRATORS, RK4, SymplecticEuler, VelocityVerlet
+from softbody_core.mesh import SurfaceMesh
+from softbody_core.model import SoftBodyModel
+from softbody_core.shapes import ball
+from softbody_core.state import Inputs, State
+from softbody_core.weights import Weights
+
+__all__ = [
+    "CONSTRAINTS",
+    "FORCES",
+    "INTEGRATORS",
+    "RK4",
+    "AirwayResistance",
+    "DivergenceError",
+    "Gravity",
+    "Inputs",
+    "InternalPressure",
+    "MassSpring",
+    "MeshError",
+    "Observation",
+    "ParameterError",
+    "PinnedPoints",
+    "PinnedTop",
+    "SavedBody",
+    "SoftBody",
+    "SoftBodyError",
+    "SoftBodyModel",
+    "State",
+    "StepLimitError",
+    "SurfaceMesh",
+    "SurfaceSPH",
+    "SymplecticEuler",
+    "VelocityVerlet",
+    "Weights",
+    "ball",
+]

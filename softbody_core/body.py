@@ -1,0 +1,167 @@
+"""The body: the one object that changes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softbody_core.configuration import Configuration
+from softbody_core.errors import ParameterError
+from softbody_core.integrators import Integrator, VelocityVerlet
+from softbody_core.model import SoftBodyModel
+from softbody_core.state import Inputs, State
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Observation:
+    """What can be seen of a body from outside, in SI units.
+
+    Attributes
+    ----------
+    time : float
+        s.
+    volume : float
+        Enclosed volume, m³.
+    bounding_box : ndarray, shape (2, 3)
+        Lowest and highest corner, m.
+    bounding_box_volume : float
+        B, m³.
+    pressure : float
+        Driving pressure difference across the wall, γ (κN/B + ΔP), Pa.
+    flow : float
+        dV/dt, m³/s, positive while inhaling.
+    alveolar_pressure : float
+        `pressure` less R_aw · flow, Pa: what the tissue balances.
+    """
+
+    time: float
+    volume: float
+    bounding_box: Floats
+    bounding_box_volume: float
+    pressure: float
+    flow: float
+    alveolar_pressure: float
+
+
+@dataclass(frozen=True, eq=False)
+class SavedBody:
+    """Everything that a body needs to go on from where it stood."""
+
+    state: State
+    inputs: Inputs
+    steps: int
+    memory: object
+
+
+class SoftBody:
+    """A model, an integrator, and where the body stands.
+
+    Parameters
+    ----------
+    model : SoftBodyModel
+        Surface, forces and constraints.
+    integrator : Integrator, optional
+        Scheme; velocity Verlet by default.
+
+    Examples
+    --------
+    >>> from softbody_core import InternalPressure, MassSpring, SoftBody, SoftBodyModel, ball
+    >>> laws = [MassSpring(stiffness=375.0, damping=0.1), InternalPressure(gas_energy=2e-3)]
+    >>> body = SoftBody(SoftBodyModel(ball(162, radius=0.084), mass=1.0, forces=laws))
+    >>> rest = body.observe().volume
+    >>> bool(body.step(0.02, delta_p=500.0).volume > rest)
+    True
+    """
+
+    def __init__(self, model: SoftBodyModel, integrator: Integrator | None = None) -> None:
+        self.model = model
+        self.integrator: Integrator = integrator if integrator is not None else VelocityVerlet()
+        self.state = State.at_rest(model.mesh)
+        self.steps = 0
+        self._inputs = Inputs()
+        self._stepper = self.integrator.bind(model)
+
+    def step(self, dt: float, delta_p: float = 0.0, n: float = 0.0) -> Observation:
+        """Move on by one communication step.
+
+        Parameters
+        ----------
+        dt : float
+            Length of the step, s. The integrator divides it as stability needs.
+        delta_p : float
+            Pressure difference across the wall, Pa, positive outward, held over the step.
+        n : float
+            Number proportional to the molecules inside, held over the step.
+
+        Returns
+        -------
+        Observation
+            The body at the end of the step.
+
+        Raises
+        ------
+        ParameterError
+            If dt is not positive, or an input is not finite, or n is negative.
+        DivergenceError, StepLimitError
+            If the step fails. The body then stands where it stood before the call.
+        """
+        if not (np.isfinite(dt) and dt > 0):
+            raise ParameterError(f"dt = {dt} s: expected a positive number")
+        inputs = Inputs(delta_p=delta_p, n=n)
+        memory = self._stepper.memory()
+        try:
+            state = self._stepper.advance(self.state, inputs, dt)
+        except Exception:
+            self._stepper.recall(memory)
+            raise
+        self.state, self._inputs = state, inputs
+        self.steps += self._stepper.substeps
+        return self.observe()
+
+    def observe(self) -> Observation:
+        """Look at the body as it stands, under the inputs of its last step."""
+        here = Configuration(self.model.mesh, self.state.positions)
+        pressure = self.model.pressure(here, self._inputs)
+        flow = float(np.vdot(here.volume_gradient, self.state.velocities))
+        return Observation(
+            time=self.state.time,
+            volume=here.volume,
+            bounding_box=here.bounding_box,
+            bounding_box_volume=here.bounding_box_volume,
+            pressure=pressure,
+            flow=flow,
+            alveolar_pressure=pressure - self.model.resistance * flow,
+        )
+
+    @property
+    def time(self) -> float:
+        """Simulated time, s."""
+        return self.state.time
+
+    @property
+    def positions(self) -> Floats:
+        """Copy of the point positions, m, shape (n, 3)."""
+        return self.state.positions.T.copy()
+
+    @property
+    def velocities(self) -> Floats:
+        """Copy of the point velocities, m/s, shape (n, 3)."""
+        return self.state.velocities.T.copy()
+
+    def save(self) -> SavedBody:
+        """Everything needed to come back to this point exactly."""
+        return SavedBody(self.state, self._inputs, self.steps, self._stepper.memory())
+
+    def restore(self, saved: SavedBody) -> None:
+        """Go back to a saved point. What follows repeats to the bit."""
+        if saved.state.positions.shape != self.state.positions.shape:
+            raise ParameterError(
+                f"the saved body has {saved.state.positions.shape[1]} points, this one has "
+                f"{self.model.mesh.n_points}; restore into the body that was saved, or its twin"
+            )
+        self.state, self._inputs, self.steps = saved.state, saved.inputs, saved.steps
+        self._stepper.recall(saved.memory)

@@ -1,0 +1,76 @@
+"""Constraints C of S3D: what points may not do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Final, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softbody_core.errors import ParameterError
+from softbody_core.mesh import SurfaceMesh
+from softbody_core.parameters import Parameters, Quantity
+
+
+class Constraint(Protocol):
+    """Chooses points that are held where they rest."""
+
+    def held(self, mesh: SurfaceMesh) -> NDArray[np.bool_]:
+        """Return True for each held point, shape (n,)."""
+        ...
+
+
+@dataclass(frozen=True)
+class PinnedPoints:
+    """Points held by index.
+
+    Parameters
+    ----------
+    indices : tuple of int
+        The points.
+    """
+
+    indices: tuple[int, ...]
+
+    def held(self, mesh: SurfaceMesh) -> NDArray[np.bool_]:
+        """Return True for each pinned point."""
+        outside = [i for i in self.indices if not 0 <= i < mesh.n_points]
+        if outside:
+            raise ParameterError(
+                f"PinnedPoints: point {outside[0]} does not exist; "
+                f"the mesh has points 0 … {mesh.n_points - 1}"
+            )
+        held = np.zeros(mesh.n_points, dtype=np.bool_)
+        held[list(self.indices)] = True
+        return held
+
+
+@dataclass(frozen=True)
+class PinnedTop(Parameters):
+    """The highest points, as a lung hangs from its apex.
+
+    Parameters
+    ----------
+    share : float
+        Part of all points that is held; at least one point is.
+    """
+
+    share: Annotated[float, Quantity("1", above=0)] = 0.015
+
+    def held(self, mesh: SurfaceMesh) -> NDArray[np.bool_]:
+        """Return True for each of the highest points."""
+        if self.share >= 1:
+            raise ParameterError(
+                f"PinnedTop.share = {self.share:g}: expected less than 1, or no point can move"
+            )
+        count = max(1, round(self.share * mesh.n_points))
+        held = np.zeros(mesh.n_points, dtype=np.bool_)
+        held[np.argsort(-mesh.points[:, 2], kind="stable")[:count]] = True
+        return held
+
+
+CONSTRAINTS: Final[dict[str, type[Constraint]]] = {
+    "pinned_points": PinnedPoints,
+    "pinned_top": PinnedTop,
+}

@@ -1,0 +1,52 @@
+"""What can go wrong, by name.
+
+Every message names the thing, its value, what was expected and what to try.
+"""
+
+from __future__ import annotations
+
+
+class SoftBodyError(Exception):
+    """Base of every error that this project raises on purpose."""
+
+
+class ParameterError(SoftBodyError, ValueError):
+    """A parameter has a value that the model does not allow."""
+
+
+class MeshError(SoftBodyError, ValueError):
+    """A surface is not a closed, consistently wound triangle mesh."""
+
+
+class StepLimitError(SoftBodyError, RuntimeError):
+    """A communication step would need more substeps than the integrator may take."""
+
+
+class DivergenceError(SoftBodyError, ArithmeticError):
+    """The body left the range of physical states; it stands at its last good state.
+
+    Parameters
+    ----------
+    time : float
+        Simulated time at which the fault was seen, s.
+    quantity : str
+        What went wrong, such as ``"volume"``.
+    value : float
+        The value that it took, in SI units.
+    advice : str
+        What to try.
+    """
+
+    def __init__(self, time: float, quantity: str, value: float, advice: str) -> None:
+        self.time = time
+        self.quantity = quantity
+        self.value = value
+        self.advice = advice
+        super().__init__(time, quantity, value, advice)
+
+    def __str__(self) -> str:
+        """One sentence with the time, the quantity and what to try."""
+        return (
+            f"the body diverged at t = {self.time:.6g} s: {self.quantity} became {self.value:.4g}. "
+            f"Try {self.advice}."
+        )

@@ -1,0 +1,53 @@
+"""Gravity (Mesit & Guha 2011, eq. 11)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softbody_core.configuration import Configuration
+from softbody_core.forces.force import BoundForce
+from softbody_core.mesh import SurfaceMesh
+from softbody_core.parameters import Parameters, Quantity
+from softbody_core.state import Inputs
+from softbody_core.weights import Control
+
+Floats = NDArray[np.float64]
+
+STANDARD_GRAVITY = 9.80665
+"""Acceleration of free fall, m/s² (3rd CGPM, 1901)."""
+
+
+@dataclass(frozen=True)
+class Gravity(Parameters):
+    """Weight of each point along −z: F_i = m_i g.
+
+    Parameters
+    ----------
+    acceleration : float
+        |g|, m/s².
+    """
+
+    control: ClassVar[Control | None] = Control.GRAVITY
+
+    acceleration: Annotated[float, Quantity("m/s^2", at_least=0)] = STANDARD_GRAVITY
+
+    def bind(self, mesh: SurfaceMesh, masses: Floats) -> BoundForce:
+        """Weigh the points."""
+        return _BoundGravity(self.acceleration * masses)
+
+
+class _BoundGravity(BoundForce):
+    def __init__(self, weights: Floats) -> None:
+        self._weights = weights
+
+    def force(self, configuration: Configuration, velocities: Floats, inputs: Inputs) -> Floats:
+        force = np.zeros_like(configuration.positions)
+        force[2] = -self._weights
+        return force
+
+    def energy(self, configuration: Configuration, inputs: Inputs) -> float:
+        return float(self._weights @ configuration.positions[2])

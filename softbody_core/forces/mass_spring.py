@@ -1,0 +1,118 @@
+"""Body structure control: a mass-spring network on the edges (Mesit & Guha 2011, eqs 2-4)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Annotated, ClassVar
+
+import numpy as np
+import scipy.sparse as sp
+import scipy.sparse.linalg
+from numpy.typing import NDArray
+
+from softbody_core.configuration import Configuration, scatter
+from softbody_core.forces.force import BoundForce, Rates, Tangent, blocks
+from softbody_core.mesh import SurfaceMesh
+from softbody_core.parameters import Parameters, Quantity
+from softbody_core.state import Inputs
+from softbody_core.weights import Control
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class MassSpring(Parameters):
+    """Springs and dampers along the edges of the surface.
+
+    F_i = Σ_j k_s (l_ij − l⁰_ij) (x_j − x_i)/l_ij + k_d (v_j − v_i)
+
+    Eq. 4 is printed with k_d·h·(v_i − v_j), which feeds energy in and depends on the step size h;
+    here the sign is that of a damper and the factor h is left out.
+
+    Parameters
+    ----------
+    stiffness : float
+        k_s, N/m. A triangular net of such springs is a membrane whose modulus lies between
+        (√3/2) k_s and (2/√3) k_s whatever its edge length.
+    damping : float
+        k_d, N·s/m.
+    """
+
+    control: ClassVar[Control | None] = Control.STRUCTURE
+
+    stiffness: Annotated[float, Quantity("N/m", at_least=0)]
+    damping: Annotated[float, Quantity("N.s/m", at_least=0)] = 0.0
+
+    def bind(self, mesh: SurfaceMesh, masses: Floats) -> BoundForce:
+        """Attach a spring and a damper to each edge, at rest as the mesh stands."""
+        return _BoundMassSpring(self, mesh, masses)
+
+
+class _BoundMassSpring(BoundForce):
+    def __init__(self, law: MassSpring, mesh: SurfaceMesh, masses: Floats) -> None:
+        self._law = law
+        self._masses = masses
+        self._rest_lengths = mesh.edge_lengths
+        self._difference = mesh.edge_difference
+        self._gather = mesh.edge_difference.T.tocsr()
+        self._laplacian = mesh.laplacian
+
+    def force(self, configuration: Configuration, velocities: Floats, inputs: Inputs) -> Floats:
+        tension = self._tension_over_length(configuration) * configuration.edge_vectors
+        force = scatter(self._gather, tension)
+        np.negative(force, out=force)
+        if self._law.damping:
+            force -= self._law.damping * scatter(self._laplacian, velocities)
+        return force
+
+    def energy(self, configuration: Configuration, inputs: Inputs) -> float:
+        stretch = configuration.edge_lengths - self._rest_lengths
+        return 0.5 * self._law.stiffness * float(stretch @ stretch)
+
+    def stiffness(self, configuration: Configuration, inputs: Inputs) -> Tangent:
+        along = configuration.edge_vectors / _nonzero(configuration.edge_lengths)
+        across = self._tension_over_length(configuration)
+        axial = self._law.stiffness - across
+
+        def block(row: int, column: int) -> sp.csr_array:
+            weights = axial * along[row] * along[column]
+            if row == column:
+                weights += across
+            return (self._gather @ sp.diags_array(weights) @ self._difference).tocsr()
+
+        return Tangent(sparse=blocks(block))
+
+    def damping(self, configuration: Configuration) -> Tangent:
+        if not self._law.damping:
+            return Tangent()
+        return Tangent(sparse=sp.block_diag([self._law.damping * self._laplacian] * 3, "csr"))
+
+    def rates(self, configuration: Configuration, inputs: Inputs) -> Rates:
+        # An edge's stiffness is k_s along it and k_s (1 − l⁰/l) < k_s across it, so the Laplacian
+        # bounds the network in every configuration.
+        return Rates(
+            self._law.stiffness * self._largest_laplacian_eigenvalue,
+            self._law.damping * self._largest_laplacian_eigenvalue,
+        )
+
+    @cached_property
+    def _largest_laplacian_eigenvalue(self) -> float:
+        """Largest eigenvalue of M⁻¹L, 1/kg."""
+        scale = sp.diags_array(1 / np.sqrt(self._masses))
+        # The highest mode alternates from point to point; any fixed start that is not smooth does.
+        start = np.cos(2.4 * np.arange(len(self._masses)) ** 1.5)
+        largest = scipy.sparse.linalg.eigsh(
+            scale @ self._laplacian @ scale, k=1, v0=start, tol=1e-3, return_eigenvectors=False
+        )
+        return 1.002 * float(largest[0])
+
+    def _tension_over_length(self, configuration: Configuration) -> Floats:
+        """k_s (1 − l⁰/l), N/m, shape (m,); an edge of no length pulls nowhere."""
+        ratio = self._rest_lengths / _nonzero(configuration.edge_lengths)
+        return self._law.stiffness * (1.0 - ratio)
+
+
+def _nonzero(lengths: Floats) -> Floats:
+    """Lengths with zeros replaced, so that a direction without length becomes zero."""
+    return np.maximum(lengths, np.finfo(np.float64).tiny)

@@ -1,0 +1,119 @@
+"""What explicit schemes share: equal substeps, as many as the stability limit asks for."""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softbody_core.configuration import Configuration
+from softbody_core.errors import StepLimitError
+from softbody_core.integrators.integrator import Stepper
+from softbody_core.model import SoftBodyModel
+from softbody_core.parameters import Parameters, Quantity
+from softbody_core.stability import check_physical, largest_stable_step
+from softbody_core.state import Inputs, State
+
+Floats = NDArray[np.float64]
+
+RECHECK = 64
+"""Substeps after which the stability limit is estimated anew and the state is checked."""
+
+
+@dataclass(frozen=True)
+class ExplicitParameters(Parameters):
+    """Parameters of every explicit scheme.
+
+    Parameters
+    ----------
+    max_substep : float, optional
+        Largest substep, s; by default the stability limit alone decides.
+    safety : float
+        Substep as a share of the estimated stability limit.
+    max_substeps : int
+        Substeps that one communication step may take.
+    """
+
+    max_substep: Annotated[float | None, Quantity("s", above=0)] = None
+    safety: Annotated[float, Quantity("1", above=0)] = 0.9
+    max_substeps: Annotated[int, Quantity("1", at_least=1)] = 200_000
+
+
+class ExplicitStepper(Stepper):
+    """Divides a communication step into stable substeps."""
+
+    def __init__(self, parameters: ExplicitParameters, model: SoftBodyModel) -> None:
+        self.substeps = 0
+        self._parameters = parameters
+        self._model = model
+
+    @abstractmethod
+    def _march(self, state: State, inputs: Inputs, h: float, count: int) -> State:
+        """Take `count` substeps of length h."""
+
+    def _limit(self, configuration: Configuration, inputs: Inputs) -> float:
+        """Largest stable substep, s."""
+        return largest_stable_step(self._model.rates(configuration, inputs))
+
+    def advance(self, state: State, inputs: Inputs, dt: float) -> State:
+        end = state.time + dt
+        self.substeps = 0
+        remaining = 1.0  # share of dt, so that rounding cannot add or lose a substep
+        while remaining > 0:
+            configuration = Configuration(self._model.mesh, state.positions)
+            needed = self._substeps_for(remaining * dt, configuration, inputs)
+            count = min(needed, RECHECK)
+            with np.errstate(all="ignore"):  # what overflows is found below, and named
+                state = self._march(state, inputs, remaining * dt / needed, count)
+                check_physical(state, Configuration(self._model.mesh, state.positions))
+            self.substeps += count
+            remaining = 0.0 if count == needed else remaining * (1 - count / needed)
+        return State(end, state.positions, state.velocities)
+
+    def _substeps_for(self, span: float, configuration: Configuration, inputs: Inputs) -> int:
+        allowed = self._parameters
+        h = allowed.safety * self._limit(configuration, inputs)
+        if allowed.max_substep is not None:
+            h = min(h, allowed.max_substep)
+        needed = span / h
+        if not needed <= allowed.max_substeps - self.substeps:
+            raise StepLimitError(
+                f"{needed:.3g} substeps of {h:.3g} s are needed for the next {span:.3g} s, more "
+                f"than max_substeps = {allowed.max_substeps} allows; try a shorter communication "
+                "step, softer springs, or more mass"
+            )
+        return max(1, math.ceil(needed * (1 - 1e-12)))
+
+
+def kick(
+    model: SoftBodyModel,
+    configuration: Configuration,
+    velocities: Floats,
+    acceleration: Floats,
+    h: float,
+) -> Floats:
+    """Velocities after h under a constant acceleration and the airway's resistance.
+
+    Solves dv/dt = a − R_aw M⁻¹A (A·v), A = ∂V/∂x, exactly at fixed positions. The resistance has
+    rank one, so the flow A·v obeys one linear equation of rate λ = R_aw A·M⁻¹A; however large λh
+    is, the flow goes to the one at which resistance balances the other forces.
+    """
+    changed = velocities + h * acceleration
+    if model.airway is None:
+        return changed
+    gradient = configuration.volume_gradient
+    direction = gradient * model.inverse_masses
+    mobility = float(np.vdot(gradient, direction))
+    rate = model.resistance * mobility
+    if rate == 0:
+        return changed
+    flow = float(np.vdot(gradient, velocities))
+    drive = float(np.vdot(gradient, acceleration))
+    decayed = -math.expm1(-rate * h)
+    lost_flow = flow * decayed + drive * (h - decayed / rate)
+    changed -= (lost_flow / mobility) * direction
+    return changed

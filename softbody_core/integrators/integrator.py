@@ -1,0 +1,60 @@
+"""What an integrator is: parameters first, then bound to a model."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import ClassVar, Protocol
+
+from softbody_core.model import SoftBodyModel
+from softbody_core.state import Inputs, State
+
+
+class Stepper(ABC):
+    """A scheme at work on one model. It may keep caches, and a memory that counts as state."""
+
+    substeps: int
+    """Internal steps taken by the last call of `advance`."""
+
+    @abstractmethod
+    def advance(self, state: State, inputs: Inputs, dt: float) -> State:
+        """Carry the body over a communication step, in as many internal steps as it takes.
+
+        Parameters
+        ----------
+        state : State
+            Where the body stands. Not changed, whatever happens.
+        inputs : Inputs
+            Held over the whole step. They may have jumped since the last one.
+        dt : float
+            Length of the communication step, s.
+
+        Raises
+        ------
+        DivergenceError
+            If the body leaves the range of physical states.
+        StepLimitError
+            If the step needs too many internal steps.
+        """
+
+    def memory(self) -> object:
+        """What the scheme remembers from one communication step to the next; None if nothing."""
+        return None
+
+    def recall(self, memory: object) -> None:
+        """Set the scheme back to what `memory` returned."""
+
+
+class Integrator(Protocol):
+    """The parameters of a scheme.
+
+    Attributes
+    ----------
+    order : int
+        Declared order of convergence of positions and velocities.
+    """
+
+    order: ClassVar[int]
+
+    def bind(self, model: SoftBodyModel) -> Stepper:
+        """Prepare the scheme for one model."""
+        ...

@@ -1,0 +1,68 @@
+"""The classical Runge-Kutta scheme of fourth order."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softbody_core.configuration import Configuration
+from softbody_core.forces import Rates
+from softbody_core.integrators.explicit import ExplicitParameters, ExplicitStepper
+from softbody_core.integrators.integrator import Stepper
+from softbody_core.model import SoftBodyModel
+from softbody_core.state import Inputs, State
+
+Floats = NDArray[np.float64]
+
+STABLE_RADIUS = 2.6
+"""The stability region holds the left half of a disc of this radius (its edge is at 2.615)."""
+
+
+@dataclass(frozen=True)
+class RK4(ExplicitParameters):
+    """Fourth order, four force evaluations a substep (Hairer, Nørsett & Wanner 1993, II.1).
+
+    The airway's resistance is explicit here, so a large one makes substeps small.
+    """
+
+    order: ClassVar[int] = 4
+
+    def bind(self, model: SoftBodyModel) -> Stepper:
+        """Prepare the scheme for one model."""
+        return _RK4(self, model)
+
+
+class _RK4(ExplicitStepper):
+    def _limit(self, configuration: Configuration, inputs: Inputs) -> float:
+        stiffness, damping = self._model.rates(configuration, inputs)
+        if self._model.airway is not None:
+            damping += self._model.airway.rates(configuration, inputs).damping
+        # Largest modulus of the eigenvalues −c/2 ± √(c²/4 − ω²), underdamped or overdamped.
+        half = damping / 2
+        largest = max(math.sqrt(stiffness), half + math.sqrt(max(half**2 - stiffness, 0.0)))
+        return math.inf if largest == 0 else STABLE_RADIUS / largest
+
+    def _march(self, state: State, inputs: Inputs, h: float, count: int) -> State:
+        x, v = state.positions, state.velocities
+        for _ in range(count):
+            a1 = self._acceleration(x, v, inputs)
+            v2 = v + 0.5 * h * a1
+            a2 = self._acceleration(x + 0.5 * h * v, v2, inputs)
+            v3 = v + 0.5 * h * a2
+            a3 = self._acceleration(x + 0.5 * h * v2, v3, inputs)
+            v4 = v + h * a3
+            a4 = self._acceleration(x + h * v3, v4, inputs)
+            x = x + h / 6 * (v + 2 * v2 + 2 * v3 + v4)
+            v = v + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
+        return State(state.time + count * h, x, v)
+
+    def _acceleration(self, x: Floats, v: Floats, inputs: Inputs) -> Floats:
+        here = Configuration(self._model.mesh, x)
+        acceleration = self._model.acceleration(here, v, inputs)
+        if self._model.airway is not None:
+            acceleration += self._model.inverse_masses * self._model.airway.force(here, v, inputs)
+        return acceleration

@@ -1,0 +1,134 @@
+"""What a bad surface is, and how to say where it is bad."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
+
+from softbody_core.errors import MeshError
+
+
+def check_surface(points: NDArray[np.float64], triangles: NDArray[np.generic]) -> None:
+    """Raise `MeshError` unless the arrays are a closed, manifold, outward-wound surface.
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, 3)
+        Positions, m.
+    triangles : ndarray, shape (t, 3)
+        Point indices.
+    """
+    _check_arrays(points, triangles)
+    corners = triangles.astype(np.int64)
+    _check_triangles(points, corners)
+    _check_edges(points, corners)
+    _check_fans(points, corners)
+    centred = points - points.mean(axis=0)
+    a, b, c = (centred[corners[:, k]] for k in range(3))
+    volume = float(np.einsum("tk,tk->", a, np.cross(b, c)) / 6)
+    box = float(np.prod(np.ptp(points, axis=0)))
+    if volume < 0:
+        raise MeshError(
+            f"the surface is wound inside out: its enclosed volume is {volume:.4g} m³; "
+            "reverse the triangles (triangles[:, ::-1])"
+        )
+    if volume <= 1e-12 * box or box == 0:
+        raise MeshError(f"the surface encloses no volume ({volume:.4g} m³); it is flat")
+
+
+def _check_arrays(points: NDArray[np.float64], triangles: NDArray[np.generic]) -> None:
+    if points.ndim != 2 or points.shape[1] != 3 or len(points) < 4:
+        raise MeshError(f"points have shape {points.shape}; expected (n, 3) with n of at least 4")
+    if triangles.ndim != 2 or triangles.shape[1] != 3 or len(triangles) < 4:
+        raise MeshError(
+            f"triangles have shape {triangles.shape}; expected (t, 3) with t of at least 4"
+        )
+    if not np.issubdtype(triangles.dtype, np.integer):
+        raise MeshError(f"triangles have type {triangles.dtype}; expected integer point indices")
+    bad = ~np.isfinite(points).all(axis=1)
+    if bad.any():
+        raise MeshError(_located(bad, "points", "have NaN or infinite coordinates"))
+    if (points == points[0]).all():
+        raise MeshError("all points are at one place")
+    outside = ((triangles < 0) | (triangles >= len(points))).any(axis=1)  # type: ignore[operator]
+    if outside.any():
+        raise MeshError(
+            _located(outside, "triangles", f"name points outside 0 … {len(points) - 1}")
+        )
+
+
+def _check_triangles(points: NDArray[np.float64], corners: NDArray[np.int64]) -> None:
+    unused = np.bincount(corners.ravel(), minlength=len(points)) == 0
+    if unused.any():
+        raise MeshError(
+            _located(unused, "points", "belong to no triangle", points) + "; weld=True drops them"
+        )
+    a, b, c = (points[corners[:, k]] for k in range(3))
+    repeated = (corners == np.roll(corners, 1, axis=1)).any(axis=1)
+    longest = np.maximum.reduce([((p - q) ** 2).sum(axis=1) for p, q in ((a, b), (b, c), (c, a))])
+    doubled_area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    # Below 1e-10 of the longest side squared, rounding decides where a triangle's normal points.
+    degenerate = repeated | (doubled_area <= 1e-10 * longest)
+    if degenerate.any():
+        raise MeshError(
+            _located(degenerate, "triangles", "are degenerate (no area)", a)
+            + "; remove slivers, or weld points that coincide (weld=True)"
+        )
+
+
+def _check_edges(points: NDArray[np.float64], corners: NDArray[np.int64]) -> None:
+    directed = corners[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    edges, which = np.unique(np.sort(directed, axis=1), axis=0, return_inverse=True)
+    which = which.ravel()
+    faces = np.bincount(which)
+    middle = points[edges].mean(axis=1)
+    if (faces == 1).any():
+        raise MeshError(
+            _located(faces == 1, "edges", "have only one triangle, so the surface is open", middle)
+            + "; close the holes, or weld points that coincide (weld=True)"
+        )
+    if (faces > 2).any():
+        raise MeshError(
+            _located(faces > 2, "edges", "have more than two triangles (non-manifold)", middle)
+        )
+    forward = np.bincount(which, weights=directed[:, 0] < directed[:, 1])
+    if (forward != 1).any():
+        raise MeshError(
+            _located(forward != 1, "edges", "have triangles wound in opposite senses", middle)
+            + "; make the winding consistent"
+        )
+
+
+def _check_fans(points: NDArray[np.float64], corners: NDArray[np.int64]) -> None:
+    """Refuse a point at which two fans of triangles touch: corners that share a side are one fan."""
+    t = len(corners)
+    corner_of = np.arange(3 * t).reshape(t, 3)
+    starts, ends = corners.ravel(), np.roll(corners, -1, axis=1).ravel()
+    here, following = corner_of.ravel(), np.roll(corner_of, -1, axis=1).ravel()
+    forward, backward = np.lexsort((ends, starts)), np.lexsort((starts, ends))
+    # Side (i, j) of one triangle meets side (j, i) of its neighbour: join their corners at i and j.
+    rows = np.concatenate([here[forward], following[forward]])
+    columns = np.concatenate([following[backward], here[backward]])
+    links = sp.coo_array((np.ones(len(rows)), (rows, columns)), shape=(3 * t, 3 * t))
+    _, fan = connected_components(links, directed=False)
+    fans_of_point = np.unique(np.stack([corners.ravel(), fan], axis=1), axis=0)[:, 0]
+    pinched = np.bincount(fans_of_point, minlength=len(points)) > 1
+    if pinched.any():
+        raise MeshError(
+            _located(pinched, "points", "join separate fans of triangles (non-manifold)", points)
+        )
+
+
+def _located(
+    bad: NDArray[np.bool_], things: str, fault: str, places: NDArray[np.float64] | None = None
+) -> str:
+    """Count the faults and name the first three, with their places."""
+    indices = np.flatnonzero(bad)
+    shown = ", ".join(
+        str(i) if places is None else f"{i} at ({', '.join(f'{x:.4g}' for x in places[i])})"
+        for i in indices[:3]
+    )
+    more = ", …" if len(indices) > 3 else ""
+    return f"{len(indices)} of {len(bad)} {things} {fault}: {things[:-1]} {shown}{more}"

@@ -1,0 +1,129 @@
+"""The soft body S3D = ⟨O, F, V, N, C⟩ without its state: what acts on it, and what holds it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softbody_core.configuration import Configuration
+from softbody_core.constraints import Constraint
+from softbody_core.errors import ParameterError
+from softbody_core.forces import AirwayResistance, Force, InternalPressure, Rates
+from softbody_core.forces.airway_resistance import BoundResistance
+from softbody_core.forces.force import BoundForce
+from softbody_core.mesh import SurfaceMesh
+from softbody_core.state import Inputs, State
+from softbody_core.weights import Weights
+
+Floats = NDArray[np.float64]
+
+
+class SoftBodyModel:
+    """F_i = α F_b + β F_a + γ F_v + δ F_g on one surface (Mesit & Guha 2011, eq. 1).
+
+    A law whose weight is 0 is never bound.
+
+    Parameters
+    ----------
+    mesh : SurfaceMesh
+        The surface at rest.
+    mass : float
+        Mass of the whole body, kg, spread over the points by their share of the surface, so that
+        results converge as the mesh is refined.
+    forces : sequence of Force
+        The laws that act; at most one of each class.
+    weights : Weights
+        α, β, γ, δ.
+    constraints : sequence of Constraint
+        What holds points.
+
+    Raises
+    ------
+    ParameterError
+        If the mass is not positive, or a law is given twice.
+    """
+
+    def __init__(
+        self,
+        mesh: SurfaceMesh,
+        mass: float,
+        forces: Sequence[Force],
+        weights: Weights | None = None,
+        constraints: Sequence[Constraint] = (),
+    ) -> None:
+        if not (np.isfinite(mass) and mass > 0):
+            raise ParameterError(f"mass = {mass} kg: expected a positive number")
+        kinds = [type(force) for force in forces]
+        for kind in kinds:
+            if kinds.count(kind) > 1:
+                raise ParameterError(f"{kind.__name__} is given twice; give each law once")
+        self.mesh = mesh
+        self.weights = weights if weights is not None else Weights()
+        self.masses: Floats = mass * mesh.point_areas / mesh.area
+        held = np.zeros(mesh.n_points, dtype=np.bool_)
+        for constraint in constraints:
+            held |= constraint.held(mesh)
+        self.inverse_masses: Floats = np.where(held, 0.0, 1 / self.masses)
+        acting = [force for force in forces if self.weights.of(force.control) != 0]
+        self.terms: list[tuple[float, BoundForce]] = [
+            (self.weights.of(force.control), force.bind(mesh, self.masses))
+            for force in acting
+            if not isinstance(force, AirwayResistance)
+        ]
+        self.airway: BoundResistance | None = None
+        self._pressure: InternalPressure | None = None
+        for force in acting:
+            if isinstance(force, AirwayResistance) and force.resistance > 0:
+                self.airway = force.bind(mesh, self.masses)
+            if isinstance(force, InternalPressure):
+                self._pressure = force
+
+    def force(self, configuration: Configuration, velocities: Floats, inputs: Inputs) -> Floats:
+        """Composite force of eq. 1, N, shape (3, n), without the airway's resistance."""
+        total = np.zeros_like(velocities)
+        for weight, term in self.terms:
+            force = term.force(configuration, velocities, inputs)
+            if weight != 1.0:
+                force *= weight
+            total += force
+        return total
+
+    def acceleration(
+        self, configuration: Configuration, velocities: Floats, inputs: Inputs
+    ) -> Floats:
+        """Composite force over mass, m/s², without the airway's; zero at held points."""
+        force = self.force(configuration, velocities, inputs)
+        force *= self.inverse_masses
+        return force
+
+    def energy(self, state: State, inputs: Inputs) -> float | None:
+        """Kinetic and potential energy, J; None if a force has no potential."""
+        configuration = Configuration(self.mesh, state.positions)
+        total = 0.5 * float(np.einsum("n,cn->", self.masses, state.velocities**2))
+        for weight, term in self.terms:
+            energy = term.energy(configuration, inputs)
+            if energy is None:
+                return None
+            total += weight * energy
+        return total
+
+    def rates(self, configuration: Configuration, inputs: Inputs) -> Rates:
+        """Bounds of the weighted forces together, without the airway's."""
+        bounds = [(w, term.rates(configuration, inputs)) for w, term in self.terms]
+        return Rates(
+            sum(w * bound.stiffness for w, bound in bounds),
+            sum(w * bound.damping for w, bound in bounds),
+        )
+
+    def pressure(self, configuration: Configuration, inputs: Inputs) -> float:
+        """Pressure that drives the wall outward, γ (κN/B + ΔP), Pa."""
+        if self._pressure is None:
+            return 0.0
+        return self.weights.gamma * self._pressure.pressure(configuration, inputs)
+
+    @property
+    def resistance(self) -> float:
+        """R_aw, Pa·s/m³."""
+        return 0.0 if self.airway is None else self.airway.law.resistance

@@ -1,0 +1,51 @@
+"""What changes while a body moves: time, positions, velocities, and the inputs held on it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softbody_core.mesh import SurfaceMesh
+from softbody_core.parameters import Parameters, Quantity
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """One instant of a body.
+
+    Attributes
+    ----------
+    time : float
+        Simulated time, s.
+    positions, velocities : ndarray, shape (3, n)
+        m and m/s, one row a component.
+    """
+
+    time: float
+    positions: NDArray[np.float64]
+    velocities: NDArray[np.float64]
+
+    @classmethod
+    def at_rest(cls, mesh: SurfaceMesh) -> State:
+        """Return the mesh at its rest positions, at time 0, without motion."""
+        positions = np.ascontiguousarray(mesh.points.T)
+        return cls(0.0, positions, np.zeros_like(positions))
+
+
+@dataclass(frozen=True)
+class Inputs(Parameters):
+    """The body's two inputs, held over a communication step (S3D's N, and the wall pressure).
+
+    Attributes
+    ----------
+    delta_p : float
+        Pressure difference across the wall, Pa, positive outward.
+    n : float
+        Number proportional to the molecules inside, 1.
+    """
+
+    delta_p: Annotated[float, Quantity("Pa")] = 0.0
+    n: Annotated[float, Quantity("1", at_least=0)] = 0.0
