@@ -2,7 +2,7 @@
 
 from cosim.algorithms import ALGORITHMS, GaussSeidel, Jacobi
 from cosim.connection import Connection
-from cosim.errors import ConnectionError, ControllerError, FmuError, SignalError
+from cosim.errors import ControllerError, FmuError, SignalError, WiringError
 from cosim.fmu import FmuParticipant
 from cosim.loop import CommunicationPoint, cosimulate
 from cosim.participant import Causality, Participant, Port
@@ -15,7 +15,6 @@ __all__ = [
     "Causality",
     "CommunicationPoint",
     "Connection",
-    "ConnectionError",
     "ControllerError",
     "FmuError",
     "FmuParticipant",
@@ -29,6 +28,7 @@ __all__ = [
     "Unit",
     "UnitError",
     "Variable",
+    "WiringError",
     "cosimulate",
     "quantity",
     "unit",

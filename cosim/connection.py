@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from cosim.errors import ConnectionError, SignalError, nearest
+from cosim.errors import SignalError, WiringError, nearest
 from cosim.participant import Causality, Participant, Port
 from cosim.units import UnitError
 
@@ -47,7 +47,7 @@ class Wiring:
 
     Raises
     ------
-    ConnectionError
+    WiringError
         If a name is unknown or used twice, units do not convert, or an input is left open.
     """
 
@@ -56,14 +56,14 @@ class Wiring:
     ) -> None:
         by_name = {participant.name: participant for participant in participants}
         if len(by_name) < len(participants):
-            raise ConnectionError(f"participants need different names; got {sorted(by_name)}")
+            raise WiringError(f"participants need different names; got {sorted(by_name)}")
         self._wires: dict[str, list[Wire]] = {name: [] for name in by_name}
         taken: dict[str, Connection] = {}
         for connection in connections:
             source, output = _find(by_name, connection, connection.source, Causality.OUTPUT)
             target, entry = _find(by_name, connection, connection.target, Causality.INPUT)
             if connection.target in taken:
-                raise ConnectionError(
+                raise WiringError(
                     f"input {connection.target} is connected twice: {taken[connection.target]} "
                     f"and {connection}; keep one"
                 )
@@ -76,7 +76,7 @@ class Wiring:
                 end = f"{participant.name}.{port.name}"
                 required = port.causality is Causality.INPUT and not port.optional
                 if required and end not in taken:
-                    raise ConnectionError(f"input {end} is not connected; connect an output to it")
+                    raise WiringError(f"input {end} is not connected; connect an output to it")
 
     def inputs_of(self, participant: Participant) -> dict[str, float]:
         """Collect what the other participants give this one, in the units of its ports.
@@ -106,12 +106,12 @@ def _find(
 ) -> tuple[Participant, Port]:
     name, _, port_name = end.partition(".")
     if name not in participants:
-        raise ConnectionError(
+        raise WiringError(
             f"connection {connection}: no participant {name!r}; {nearest(name, participants)}"
         )
     fitting = {n: p for n, p in participants[name].ports.items() if p.causality is causality}
     if port_name not in fitting:
-        raise ConnectionError(
+        raise WiringError(
             f"connection {connection}: {name} has no {causality.value} {port_name!r}; "
             f"{nearest(port_name, fitting)}"
         )
@@ -121,14 +121,13 @@ def _find(
 def _conversion(connection: Connection, output: Port, entry: Port) -> tuple[float, float]:
     if output.unit is None and entry.unit is None:
         return 1.0, 0.0
-    for end, port in ((connection.source, output), (connection.target, entry)):
-        if port.unit is None:
-            raise ConnectionError(
-                f"connection {connection}: {end} declares no unit, so it cannot be converted; "
-                "declare one"
-            )
-    assert output.unit is not None and entry.unit is not None
+    if output.unit is None or entry.unit is None:
+        silent = connection.source if output.unit is None else connection.target
+        raise WiringError(
+            f"connection {connection}: {silent} declares no unit, so it cannot be converted; "
+            "declare one"
+        )
     try:
         return output.unit.conversion_to(entry.unit)
     except UnitError as error:
-        raise ConnectionError(f"connection {connection}: {error}") from error
+        raise WiringError(f"connection {connection}: {error}") from error

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from softbody_core import SoftBodyError
 
 
-class ConnectionError(SoftBodyError, ValueError):  # noqa: A001 - the co-simulation term
+class WiringError(SoftBodyError, ValueError):
     """Two ports cannot be connected, or a port is unknown or left open."""
 
 

@@ -65,6 +65,7 @@ class FmuParticipant:
         self.messages: deque[str] = deque(maxlen=_KEPT_MESSAGES)
         self._folder = FmuFolder(self.path)
         self._fmu: Any = None
+        self._started = False
         self._callbacks: Any = None  # kept, or the garbage collector takes what the FMU calls
         try:
             self.sha256 = hashlib.sha256(self.path.read_bytes()).hexdigest()
@@ -81,8 +82,9 @@ class FmuParticipant:
 
     def initialize(self, time: float) -> None:
         """Load and instantiate the FMU, set its parameters, and enter initialization."""
-        if self._fmu is not None:
+        if self._started:
             raise FmuError(f"FMU {self.path} is already running; load it again for a second run")
+        self._started = True
         with self._folder.own_imports():
             self._call("be loaded", self._load)
         for name, value in self._parameters.items():
@@ -108,7 +110,9 @@ class FmuParticipant:
         """Let the FMU compute one step."""
         result = self._call(f"step from t = {time:.6g} s", self._fmu.doStep, time, step)
         if self._fmi3 and result[1]:
-            raise FmuError(f"FMU {self.path} asked to end the simulation at t = {time + step:.6g} s")
+            raise FmuError(
+                f"FMU {self.path} asked to end the simulation at t = {time + step:.6g} s"
+            )
         self._read_outputs()
 
     def read(self) -> Mapping[str, float]:
@@ -175,8 +179,9 @@ class FmuParticipant:
         values: dict[str, float] = {}
         for accessor, (names, references) in self._outputs.items():
             getter = getattr(self._fmu, f"get{accessor}")
-            values.update(zip(names, map(float, self._call("be read", getter, references)),
-                              strict=True))
+            values.update(
+                zip(names, map(float, self._call("be read", getter, references)), strict=True)
+            )
         self._values = values
 
     def _by_type(self, causality: Causality) -> dict[str, tuple[list[str], list[int]]]:
@@ -211,14 +216,14 @@ class FmuParticipant:
             try:
                 number = _python_type(variable)(value)
             except ValueError as error:
-                raise FmuError(
-                    f"parameter {name} = {value!r}: expected {variable.type}"
-                ) from error
-            for bound, broken in (("min", variable.min), ("max", variable.max)):
-                if broken is not None and (
-                    number < float(broken) if bound == "min" else number > float(broken)
-                ):
-                    raise FmuError(f"parameter {name} = {value}: the FMU's {bound} is {broken}")
+                raise FmuError(f"parameter {name} = {value!r}: expected {variable.type}") from error
+            lowest, highest = (
+                None if bound is None else float(bound) for bound in (variable.min, variable.max)
+            )
+            if lowest is not None and float(number) < lowest:
+                raise FmuError(f"parameter {name} = {value}: expected at least {lowest:g}")
+            if highest is not None and float(number) > highest:
+                raise FmuError(f"parameter {name} = {value}: expected at most {highest:g}")
             checked[name] = number
         return checked
 

@@ -15,7 +15,7 @@ from cosim.participant import Causality, Port
 from cosim.units import Unit, UnitError, unit
 
 NUMBERS: Final = frozenset(
-    {"Real", "Integer", "Boolean", "Enumeration", "Float64", "Float32", "Boolean"}
+    {"Real", "Integer", "Boolean", "Enumeration", "Float64", "Float32"}
     | {f"{sign}Int{bits}" for sign in ("", "U") for bits in (8, 16, 32, 64)}
 )
 """Types of FMI 2.0 and 3.0 whose values can cross a connection."""
@@ -37,7 +37,8 @@ def read_description(path: Path, folder: FmuFolder) -> ModelDescription:
     Raises
     ------
     FmuError
-        If it cannot be read, is not FMI 2.0 or 3.0 co-simulation, or has no binary for this machine.
+        If it cannot be read, is not FMI 2.0 or 3.0 co-simulation, or has no binary for this
+        machine.
     """
     try:
         description = fmpy.read_model_description(str(folder.path), validate=False)
@@ -87,15 +88,19 @@ def ports_of(path: Path, description: ModelDescription) -> dict[str, Port]:
     """Inputs and outputs as ports with their units."""
     units = declared_units(path, description)
     return {
-        name: Port(name, unit_of(path, variable, units), Causality(variable.causality),
-                   variable.description or "")
+        name: Port(
+            name,
+            unit_of(path, variable, units),
+            Causality(variable.causality),
+            variable.description or "",
+        )
         for name, variable in numeric_variables(path, description).items()
     }
 
 
 def unit_of(path: Path, variable: ModelVariable, units: Mapping[str, Unit]) -> Unit | None:
     """Unit of a variable, or of its declared type; None for a variable without one."""
-    symbol = variable.unit or (variable.declaredType.unit if variable.declaredType else None)
+    symbol = _symbol(variable)
     if symbol is None:
         return None
     if symbol not in units:
@@ -106,6 +111,11 @@ def unit_of(path: Path, variable: ModelVariable, units: Mapping[str, Unit]) -> U
     return units[symbol]
 
 
+def _symbol(variable: ModelVariable) -> str | None:
+    declared_type = variable.declaredType
+    return variable.unit or (declared_type.unit if declared_type is not None else None)
+
+
 def declared_units(path: Path, description: ModelDescription) -> dict[str, Unit]:
     """Units in use, from their BaseUnit where there is one and from their name otherwise.
 
@@ -114,8 +124,7 @@ def declared_units(path: Path, description: ModelDescription) -> dict[str, Unit]
     FmuError
         If name and BaseUnit disagree: a controller that says cmH2O and means Pa.
     """
-    used = {v.unit or (v.declaredType.unit if v.declaredType else None)
-            for v in description.modelVariables} - {None}
+    used = {symbol for v in description.modelVariables if (symbol := _symbol(v)) is not None}
     declared = {u.name: u.baseUnit for u in description.unitDefinitions if u.baseUnit is not None}
     units: dict[str, Unit] = {}
     for symbol in used:

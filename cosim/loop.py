@@ -62,7 +62,7 @@ def cosimulate(
 
     Raises
     ------
-    ConnectionError
+    WiringError
         If the connections do not fit.
     SignalError
         If a value that is not finite crosses a connection.

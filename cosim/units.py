@@ -74,7 +74,7 @@ def unit(symbol: str) -> Unit:
         raise UnitError(
             f"unit {symbol!r} is not known; write it like 'L', 'cmH2O', 'L/s' or 'N.s/m'"
         ) from error
-    dimension = frozenset((str(k), int(v)) for k, v in units.dimensionality.items())
+    dimension = frozenset((str(k), round(float(str(v)))) for k, v in units.dimensionality.items())
     return Unit(symbol, dimension, float(one - zero), float(zero))
 
 
@@ -89,8 +89,8 @@ def quantity(text: str, symbol: str) -> float:
     registry = _registry()
     example = f"write it with a unit of that kind, like '1 {symbol}'"
     try:
-        read = registry.Quantity(_with_powers(text))
-        magnitude = float(read.to(registry.parse_units(_with_powers(symbol))).magnitude)
+        target = registry.parse_units(_with_powers(symbol))
+        magnitude = float(registry.Quantity(_with_powers(text)).to(target).magnitude)
     except pint.DimensionalityError as error:
         raise UnitError(f"{text!r} cannot be converted to {symbol!r}; {example}") from error
     except Exception as error:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import xarray as xr
@@ -33,7 +34,7 @@ def breaths(dataset: xr.Dataset) -> xr.Dataset:
     times = dataset["time"].to_numpy()
     volume = dataset["volume"].to_numpy()
     bounds = _breath_bounds(dataset)
-    spans = list(zip(bounds[:-1], bounds[1:], strict=True))
+    spans = list(pairwise(bounds))
     top = np.array([volume[a : b + 1].max() for a, b in spans])
     end = np.array([volume[b] for _, b in spans])
     start = np.array([times[a] for a, _ in spans])
@@ -93,7 +94,9 @@ class Compartment:
     compliance: float
     offset: float
 
-    def tidal_volume(self, driving_pressure: float, inspiratory_time: float, period: float) -> float:
+    def tidal_volume(
+        self, driving_pressure: float, inspiratory_time: float, period: float
+    ) -> float:
         """Tidal volume under a square wave of pressure, in the periodic state, L.
 
         Parameters

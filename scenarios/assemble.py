@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from cosim import Causality, Connection, ConnectionError, FmuParticipant, Port
+from cosim import Causality, Connection, FmuParticipant, Port, WiringError
 from cosim.controllers import CONTROLLERS, controller_fmu
 from cosim.errors import nearest
 from scenarios.catalogue import MESHES
@@ -77,7 +77,7 @@ def connect(fmu: FmuParticipant, body_ports: Mapping[str, Port]) -> list[Connect
 
     Raises
     ------
-    ConnectionError
+    WiringError
         If the FMU drives nothing, or takes something that the body does not give.
     """
     gives = {n for n, p in fmu.ports.items() if p.causality is Causality.OUTPUT}
@@ -85,13 +85,13 @@ def connect(fmu: FmuParticipant, body_ports: Mapping[str, Port]) -> list[Connect
     offered = {n for n, p in body_ports.items() if p.causality is Causality.OUTPUT}
     driven = [n for n, p in body_ports.items() if p.causality is Causality.INPUT and n in gives]
     if not driven:
-        raise ConnectionError(
+        raise WiringError(
             f"FMU {fmu.path} cannot drive the body: it has neither an output delta_p (Pa) nor an "
             f"output n (1); its outputs are: {', '.join(sorted(gives)) or 'none'}"
         )
     for name in takes:
         if name not in offered:
-            raise ConnectionError(
+            raise WiringError(
                 f"FMU {fmu.path} has an input {name!r} that the body does not give; "
                 f"{nearest(name, offered)}"
             )

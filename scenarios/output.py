@@ -16,7 +16,9 @@ _COMPRESSED = {"zlib": True, "complevel": 4}
 def check_writable(path: Path) -> None:
     """Raise `OutputError` unless a file can be written at `path`."""
     if path.is_dir():
-        raise OutputError(f"output {path} is a folder; name a file in it, such as {path / 'out.nc'}")
+        raise OutputError(
+            f"output {path} is a folder; name a file in it, such as {path / 'out.nc'}"
+        )
     if not path.parent.is_dir():
         raise OutputError(f"output {path}: folder {path.parent} does not exist; make it first")
     if path.exists() and not os.access(path, os.W_OK):

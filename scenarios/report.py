@@ -10,8 +10,8 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from scenarios.runner import Progress as RunProgress
 from scenarios.analysis import breaths
+from scenarios.runner import Progress as RunProgress
 
 
 @contextmanager
@@ -54,7 +54,12 @@ def show_breaths(console: Console, dataset: xr.Dataset) -> None:
         return
     table = Table(title=dataset.attrs["title"], caption=caption, caption_justify="left")
     for heading in (
-        "breath", "end-insp. (L)", "end-exp. (L)", "tidal (L)", "residual (L)", "duration (s)"
+        "breath",
+        "end-insp. (L)",
+        "end-exp. (L)",
+        "tidal (L)",
+        "residual (L)",
+        "duration (s)",
     ):
         table.add_column(heading, justify="right")
     for number in seen["breath"].to_numpy():

@@ -24,7 +24,14 @@ from softbody_core import SoftBody, SoftBodyError
 COMPLETED: Final = "completed"
 
 _PACKAGES: Final = [
-    "softbody-cosim", "numpy", "scipy", "fmpy", "trimesh", "xarray", "netCDF4", "pythonfmu"
+    "softbody-cosim",
+    "numpy",
+    "scipy",
+    "fmpy",
+    "trimesh",
+    "xarray",
+    "netCDF4",
+    "pythonfmu",
 ]
 
 
@@ -72,7 +79,7 @@ def run(
 
     Raises
     ------
-    ScenarioError, FmuError, ConnectionError, MeshError
+    ScenarioError, FmuError, WiringError, MeshError
         If the scenario cannot start.
     RunError
         If the run ended early, by divergence or a failing FMU; its ``dataset`` holds the good part.
@@ -89,7 +96,7 @@ def run(
 
 
 def with_controller(scenario: Scenario, controller: str | Path) -> Scenario:
-    """Return the scenario with another controller, and the parameters that it holds for that one."""
+    """Return the scenario with another controller, and the parameters it holds for that one."""
     use = str(controller)
     if use.endswith(".fmu"):
         use = str(Path(use).resolve())

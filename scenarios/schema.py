@@ -210,7 +210,9 @@ def _controller(data: dict[str, Any]) -> Controller:
     """Read ``use``, and of the tables of parameters the one that bears its name."""
     use = data.get("use")
     if not isinstance(use, str):
-        raise ScenarioError(f"controller.use = {use!r}: expected a controller's name or an FMU file")
+        raise ScenarioError(
+            f"controller.use = {use!r}: expected a controller's name or an FMU file"
+        )
     for key, value in data.items():
         if key != "use":
             table(value, f"controller.{key}")

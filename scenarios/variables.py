@@ -47,11 +47,14 @@ _CONTROLLER: Final[dict[str, tuple[str | None, str, Mapping[str, object]]]] = {
 
 def variables_of(controller: Participant) -> list[Variable]:
     """Variables of a run: the body's, those of the controller that have a name here, its others."""
-    return [*_BODY, *(
-        _controller_variable(controller.name, port)
-        for port in controller.ports.values()
-        if port.causality is Causality.OUTPUT
-    )]
+    return [
+        *_BODY,
+        *(
+            _controller_variable(controller.name, port)
+            for port in controller.ports.values()
+            if port.causality is Causality.OUTPUT
+        ),
+    ]
 
 
 def _controller_variable(owner: str, port: Port) -> Variable:

@@ -1,4 +1,4 @@
-"""A soft body after Mesit & Guha (2011) and how it moves. NumPy, SciPy and trimesh, nothing else."""
+"""A soft body after Mesit & Guha (2011), and how it moves."""
 
 from softbody_core.body import Observation, SavedBody, SoftBody
 from softbody_core.constraints import CONSTRAINTS, PinnedPoints, PinnedTop

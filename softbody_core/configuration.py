@@ -10,6 +10,7 @@ from __future__ import annotations
 from functools import cached_property
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from softbody_core.mesh import SurfaceMesh
@@ -35,7 +36,7 @@ class Configuration:
     @cached_property
     def edge_vectors(self) -> Floats:
         """x_j − x_i for each edge (i, j), m, shape (3, m)."""
-        return pair_differences(self.positions, self.mesh.edges)
+        return pair_differences(self.positions, *self.mesh.edge_ends)
 
     @cached_property
     def edge_lengths(self) -> Floats:
@@ -45,7 +46,7 @@ class Configuration:
     @cached_property
     def area_vectors(self) -> Floats:
         """Outward area vector of each triangle, m², shape (3, t)."""
-        a, b, c = (self.positions.take(corner, axis=1) for corner in self.mesh.triangles.T)
+        a, b, c = (self.positions.take(corner, axis=1) for corner in self.mesh.triangle_corners)
         b -= a
         c -= a
         return 0.5 * cross(b, c)
@@ -85,21 +86,23 @@ class Configuration:
         return gradient
 
 
-def pair_differences(values: Floats, pairs: NDArray[np.int64]) -> Floats:
+def pair_differences(
+    values: Floats, first: NDArray[np.int64], second: NDArray[np.int64]
+) -> Floats:
     """Differences value_j − value_i over pairs (i, j), shape (3, p)."""
-    difference = values.take(pairs[:, 1], axis=1)
-    difference -= values.take(pairs[:, 0], axis=1)
+    difference = values.take(second, axis=1)
+    difference -= values.take(first, axis=1)
     return difference
 
 
-def scatter(operator: object, values: Floats) -> Floats:
+def scatter(operator: sp.csr_array, values: Floats) -> Floats:
     """Apply a sparse operator to each of the three component rows."""
-    return np.stack([operator @ row for row in values])  # type: ignore[operator]
+    return np.stack([operator @ row for row in values])
 
 
 def norms(vectors: Floats) -> Floats:
     """Lengths of the columns of a (3, k) array."""
-    return np.sqrt(np.einsum("ck,ck->k", vectors, vectors))
+    return np.asarray(np.sqrt(np.einsum("ck,ck->k", vectors, vectors)))
 
 
 def cross(a: Floats, b: Floats) -> Floats:

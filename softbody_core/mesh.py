@@ -121,6 +121,18 @@ class SurfaceMesh:
         return self._edges_and_sides[0]
 
     @cached_property
+    def edge_ends(self) -> tuple[Integers, Integers]:
+        """First and second points of the edges, each contiguous, shape (m,)."""
+        first, second = np.ascontiguousarray(self.edges.T)
+        return first, second
+
+    @cached_property
+    def triangle_corners(self) -> tuple[Integers, Integers, Integers]:
+        """First, second and third corners of the triangles, each contiguous, shape (t,)."""
+        a, b, c = np.ascontiguousarray(self.triangles.T)
+        return a, b, c
+
+    @cached_property
     def triangle_edges(self) -> Integers:
         """Edges of each triangle: that of its corners 0–1, 1–2 and 2–0, shape (t, 3)."""
         return self._edges_and_sides[1]
@@ -139,7 +151,7 @@ class SurfaceMesh:
     @cached_property
     def laplacian(self) -> sp.csr_array:
         """Graph Laplacian Dᵀ D, shape (n, n)."""
-        return (self.edge_difference.T @ self.edge_difference).tocsr()
+        return sp.csr_array(self.edge_difference.T @ self.edge_difference)
 
     @cached_property
     def triangle_to_points(self) -> sp.csr_array:
@@ -175,12 +187,13 @@ class SurfaceMesh:
     @cached_property
     def point_areas(self) -> Floats:
         """Area share of each point, one third of its triangles, m², shape (n,)."""
-        return self.triangle_to_points @ np.linalg.norm(self._triangle_normals, axis=1) / 3
+        areas = np.linalg.norm(self._triangle_normals, axis=1)
+        return np.asarray(self.triangle_to_points @ areas) / 3
 
     @cached_property
     def edge_lengths(self) -> Floats:
         """Rest lengths of the edges, m, shape (m,)."""
-        return np.linalg.norm(self.edge_difference @ self.points, axis=1)
+        return np.asarray(np.linalg.norm(self.edge_difference @ self.points, axis=1))
 
 
 def difference_operator(pairs: Integers, n_points: int) -> sp.csr_array:

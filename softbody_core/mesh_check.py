@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
@@ -52,7 +54,8 @@ def _check_arrays(points: NDArray[np.float64], triangles: NDArray[np.generic]) -
         raise MeshError(_located(bad, "points", "have NaN or infinite coordinates"))
     if (points == points[0]).all():
         raise MeshError("all points are at one place")
-    outside = ((triangles < 0) | (triangles >= len(points))).any(axis=1)  # type: ignore[operator]
+    corners = triangles.astype(np.int64)
+    outside = ((corners < 0) | (corners >= len(points))).any(axis=1)
     if outside.any():
         raise MeshError(
             _located(outside, "triangles", f"name points outside 0 … {len(points) - 1}")
@@ -102,7 +105,7 @@ def _check_edges(points: NDArray[np.float64], corners: NDArray[np.int64]) -> Non
 
 
 def _check_fans(points: NDArray[np.float64], corners: NDArray[np.int64]) -> None:
-    """Refuse a point at which two fans of triangles touch: corners that share a side are one fan."""
+    """Refuse a point at which two fans of triangles touch; corners that share a side are one."""
     t = len(corners)
     corner_of = np.arange(3 * t).reshape(t, 3)
     starts, ends = corners.ravel(), np.roll(corners, -1, axis=1).ravel()
@@ -121,9 +124,7 @@ def _check_fans(points: NDArray[np.float64], corners: NDArray[np.int64]) -> None
         )
 
 
-def _located(
-    bad: NDArray[np.bool_], things: str, fault: str, places: NDArray[np.float64] | None = None
-) -> str:
+def _located(bad: Any, things: str, fault: str, places: NDArray[np.float64] | None = None) -> str:
     """Count the faults and name the first three, with their places."""
     indices = np.flatnonzero(bad)
     shown = ", ".join(

@@ -30,11 +30,6 @@ class Pairs(NamedTuple):
     to_second: sp.csr_array
     gather_difference: sp.csr_array
 
-    @property
-    def ends(self) -> NDArray[np.int64]:
-        """Both indices, shape (p, 2)."""
-        return np.stack([self.first, self.second], axis=1)
-
 
 class NeighbourList:
     """Pairs of points within `radius`, found again only when points have moved far enough.
@@ -47,8 +42,7 @@ class NeighbourList:
 
     def __init__(self, radius: float) -> None:
         self._radius = radius
-        self._made_at: Floats | None = None
-        self._pairs: Pairs | None = None
+        self._found: tuple[Floats, Pairs] | None = None
 
     def pairs(self, positions: Floats) -> Pairs:
         """Return all pairs within the radius of each other, and a few more.
@@ -58,13 +52,11 @@ class NeighbourList:
         positions : ndarray, shape (3, n)
             Current positions, m.
         """
-        if self._pairs is None or self._moved(positions):
-            self._pairs = _search(positions, (1 + SKIN) * self._radius)
-            self._made_at = positions
-        return self._pairs
+        if self._found is None or self._moved(positions - self._found[0]):
+            self._found = positions, _search(positions, (1 + SKIN) * self._radius)
+        return self._found[1]
 
-    def _moved(self, positions: Floats) -> bool:
-        moved = positions - self._made_at
+    def _moved(self, moved: Floats) -> bool:
         # Two points that each move half the skin towards each other may have become neighbours.
         return bool(np.einsum("cn,cn->n", moved, moved).max() > (0.5 * SKIN * self._radius) ** 2)
 

@@ -8,9 +8,10 @@ the unit is there for whoever reads values from a file.
 from __future__ import annotations
 
 import math
+from collections.abc import Hashable
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, get_args, get_type_hints
+from typing import Any, cast, get_args, get_type_hints
 
 from softbody_core.errors import ParameterError
 
@@ -44,9 +45,13 @@ class Quantity:
             raise ParameterError(f"{name} = {value:g}{unit}: expected more than {self.above:g}")
 
 
-@cache
 def quantities_of(parameters: type[Any]) -> dict[str, Quantity]:
     """Fields of a parameter class that are annotated with a `Quantity`, by name."""
+    return _quantities_of(cast("Hashable", parameters))
+
+
+@cache
+def _quantities_of(parameters: Hashable) -> dict[str, Quantity]:
     hints = get_type_hints(parameters, include_extras=True)
     return {
         name: argument

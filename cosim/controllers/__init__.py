@@ -5,7 +5,6 @@ A new controller is one file here and one line in `CONTROLLERS`.
 
 from __future__ import annotations
 
-import os
 import tempfile
 from pathlib import Path
 from typing import Final
@@ -53,6 +52,6 @@ def controller_fmu(name: str) -> Path:
     except OSError:  # a home that cannot be written: build for this process alone
         return build(source, Path(tempfile.mkdtemp(prefix="softbody-cosim-")) / file)
     built = build(source, folder / file)
-    os.replace(built, cached)  # at once, so that two processes cannot see half a file
+    built.replace(cached)  # at once, so that two processes cannot see half a file
     folder.rmdir()
     return cached

@@ -1,8 +1,8 @@
 """From a controller's Python source to an FMU that other tools accept too.
 
 pythonfmu packs the script with a binary; what it leaves out of the model description is added here:
-units, bounds, InitialUnknowns, dependencies, and an identity that follows from the content, so that
-the same source always gives the same bytes.
+units, bounds, InitialUnknowns, dependencies, and an identity that follows from the content, so
+that the same source always gives the same bytes.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final
-from xml.etree import ElementTree
+from xml.etree import ElementTree as ET
 
 import pythonfmu
 from pythonfmu import FmuBuilder
@@ -33,10 +33,10 @@ _SI_NAMES: Final = {"[mass]": "kg", "[length]": "m", "[time]": "s", "[temperatur
 def build(source: Path, destination: Path) -> Path:
     """Build an FMI 2.0 co-simulation FMU from a pythonfmu script.
 
-    The class in the script may carry three more attributes: ``units`` (variable → unit), ``bounds``
-    (variable → (min, max)) and ``complete_state`` (True if all its state is in registered variables,
-    so that the FMU may promise to save and restore it). Its outputs are taken to change in
-    ``do_step`` only.
+    The class in the script may carry three more attributes: ``units`` (variable → unit),
+    ``bounds`` (variable → (min, max)) and ``complete_state`` (True if all its state is
+    in registered variables, so that the FMU may promise to save and restore it). Its outputs are
+    taken to change in ``do_step`` only.
 
     Parameters
     ----------
@@ -112,16 +112,16 @@ def _finish(packed: Path, finished: Path, slave: type, content: str) -> None:
         for name in sorted(old.namelist()):
             data = old.read(name)
             if name == "modelDescription.xml":
-                root = ElementTree.fromstring(data)
+                root = ET.fromstring(data)
                 _complete(root, slave, content)
-                ElementTree.indent(root)
-                data = ElementTree.tostring(root, encoding="UTF-8", xml_declaration=True)
+                ET.indent(root)
+                data = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
             info = zipfile.ZipInfo(name, _EPOCH)
             info.compress_type = zipfile.ZIP_DEFLATED
             new.writestr(info, data)
 
 
-def _complete(root: ElementTree.Element, slave: type, content: str) -> None:
+def _complete(root: ET.Element, slave: type, content: str) -> None:
     root.set("guid", f"{{{uuid.UUID(content[:32])}}}")
     root.attrib.pop("generationDateAndTime", None)
     type_node = _child(root, "CoSimulation")
@@ -144,15 +144,13 @@ def _complete(root: ElementTree.Element, slave: type, content: str) -> None:
             if bound is not None:
                 variables[name][0].set(attribute, repr(bound))
     if units:
-        definitions = ElementTree.Element("UnitDefinitions")
+        definitions = ET.Element("UnitDefinitions")
         definitions.extend(_unit_element(unit(symbol)) for symbol in sorted(set(units.values())))
         root.insert(list(root).index(type_node) + 1, definitions)
     _complete_structure(root, variables)
 
 
-def _complete_structure(
-    root: ElementTree.Element, variables: Mapping[str, ElementTree.Element]
-) -> None:
+def _complete_structure(root: ET.Element, variables: Mapping[str, ET.Element]) -> None:
     """Outputs that no input reaches directly, and initial values that follow from parameters."""
     parameters = []
     unknowns = []
@@ -170,25 +168,25 @@ def _complete_structure(
     structure = _child(root, "ModelStructure")
     for output in structure.iter("Unknown"):
         output.set("dependencies", "")
-    initial = ElementTree.SubElement(structure, "InitialUnknowns")
+    initial = ET.SubElement(structure, "InitialUnknowns")
     for index_text in unknowns:
-        ElementTree.SubElement(
+        ET.SubElement(
             initial, "Unknown", {"index": index_text, "dependencies": " ".join(parameters)}
         )
 
 
-def _unit_element(definition: Unit) -> ElementTree.Element:
-    element = ElementTree.Element("Unit", {"name": definition.symbol})
+def _unit_element(definition: Unit) -> ET.Element:
+    element = ET.Element("Unit", {"name": definition.symbol})
     base = {_SI_NAMES[name]: str(power) for name, power in sorted(definition.dimension)}
     if definition.factor != 1.0:
         base["factor"] = repr(definition.factor)
     if definition.offset != 0.0:
         base["offset"] = repr(definition.offset)
-    ElementTree.SubElement(element, "BaseUnit", base)
+    ET.SubElement(element, "BaseUnit", base)
     return element
 
 
-def _child(root: ElementTree.Element, tag: str) -> ElementTree.Element:
+def _child(root: ET.Element, tag: str) -> ET.Element:
     child = root.find(tag)
     if child is None:
         raise ControllerError(f"the built FMU has no {tag}; is pythonfmu as expected?")

@@ -1,9 +1,9 @@
 """The respiratory pressure-volume controller of Mesit & Guha (2011), section 5.
 
 A sampled controller: it acts at the start of each frame, `frames` times a breath, and holds its
-outputs in between. While inhaling, the respiratory pressure P rises by ΔP a frame, and gas is let in
-as the volume falls short of the sigmoid f(P) = a + b / (1 + exp(−(P − c)/d)); while exhaling, P falls
-by ΔP a frame and the gas is let out.
+outputs in between. While inhaling, the respiratory pressure P rises by ΔP a frame, and gas is let
+in as the volume falls short of the sigmoid f(P) = a + b / (1 + exp(−(P − c)/d)); while exhaling, P
+falls by ΔP a frame and the gas is let out.
 """
 
 from __future__ import annotations
@@ -85,12 +85,17 @@ class PaperController(Fmi2Slave):
             self.register_variable(Real(name, causality=Fmi2Causality.output, description=text))
         discrete = {"variability": Fmi2Variability.discrete}
         self.register_variable(
-            Integer("phase", causality=Fmi2Causality.output, description="1 inhaling, 0 exhaling",
-                    **discrete)
+            Integer(
+                "phase",
+                causality=Fmi2Causality.output,
+                description="1 inhaling, 0 exhaling",
+                **discrete,
+            )
         )
         self.register_variable(
-            Integer("next_frame", causality=Fmi2Causality.local, description="frames done",
-                    **discrete)
+            Integer(
+                "next_frame", causality=Fmi2Causality.local, description="frames done", **discrete
+            )
         )
 
     def _parameters(self) -> None:
@@ -114,11 +119,14 @@ class PaperController(Fmi2Slave):
             String("law", description="limit, thermostat (limit in both phases) or open", **fixed)
         )
         self.register_variable(
-            Boolean("literal_swing", description="ΔP = range/frames as printed: half the swing",
-                    **fixed)
+            Boolean(
+                "literal_swing", description="ΔP = range/frames as printed: half the swing", **fixed
+            )
         )
         self.register_variable(
-            Boolean("follow_bounding_box", description="compare f(P) with the box's volume", **fixed)
+            Boolean(
+                "follow_bounding_box", description="compare f(P) with the box's volume", **fixed
+            )
         )
 
     def exit_initialization_mode(self) -> None:

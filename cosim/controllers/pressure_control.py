@@ -53,12 +53,20 @@ class PressureControl(Fmi2Slave):
         }
         for name, text in said.items():
             self.register_variable(
-                Real(name, causality=Fmi2Causality.output, description=text,
-                     variability=Fmi2Variability.discrete)
+                Real(
+                    name,
+                    causality=Fmi2Causality.output,
+                    description=text,
+                    variability=Fmi2Variability.discrete,
+                )
             )
         self.register_variable(
-            Integer("phase", causality=Fmi2Causality.output, description="1 inhaling, 0 exhaling",
-                    variability=Fmi2Variability.discrete)
+            Integer(
+                "phase",
+                causality=Fmi2Causality.output,
+                description="1 inhaling, 0 exhaling",
+                variability=Fmi2Variability.discrete,
+            )
         )
         fixed = {"causality": Fmi2Causality.parameter, "variability": Fmi2Variability.fixed}
         said = {
@@ -80,7 +88,7 @@ class PressureControl(Fmi2Slave):
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         period = 60.0 / self.rate
-        # A billionth of a breath of slack: a switch that falls on a communication point stays there.
+        # A billionth of a breath of slack keeps a switch on the communication point it falls on.
         into_breath = (current_time + 1e-9 * period) % period
         inhaling = into_breath < self.inspiratory_time
         self.phase = INHALING if inhaling else EXHALING

@@ -79,7 +79,7 @@ class _BoundMassSpring(BoundForce):
             weights = axial * along[row] * along[column]
             if row == column:
                 weights += across
-            return (self._gather @ sp.diags_array(weights) @ self._difference).tocsr()
+            return sp.csr_array(self._gather @ sp.diags_array(weights) @ self._difference)
 
         return Tangent(sparse=blocks(block))
 

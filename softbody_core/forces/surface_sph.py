@@ -82,7 +82,7 @@ class _BoundSPH(BoundForce):
         self._sign = 1.0 if law.pressure == "sum" else -1.0
         rest = np.ascontiguousarray(mesh.points.T)
         pairs = self._neighbours.pairs(rest)
-        lengths = norms(pair_differences(rest, pairs.ends))
+        lengths = norms(_over(rest, pairs))
         self._rest_densities = self._density(pairs, lengths)
 
     def force(self, configuration: Configuration, velocities: Floats, inputs: Inputs) -> Floats:
@@ -97,7 +97,7 @@ class _BoundSPH(BoundForce):
         along = push * fluid.vectors
         if self._law.viscosity:
             drag = self._law.viscosity * self._spiky * fluid.shares * fluid.gap
-            along -= drag * pair_differences(velocities, fluid.pairs.ends)
+            along -= drag * _over(velocities, fluid.pairs)
         force += scatter(fluid.pairs.gather_difference, along)
         return force
 
@@ -110,7 +110,7 @@ class _BoundSPH(BoundForce):
 
         def product(u: Floats) -> Floats:
             return scatter(
-                fluid.pairs.gather_difference, drag * pair_differences(u, fluid.pairs.ends)
+                fluid.pairs.gather_difference, drag * _over(u, fluid.pairs)
             )
 
         return Tangent(operator=product)
@@ -126,9 +126,12 @@ class _BoundSPH(BoundForce):
         density_part = per_area * gap**2 * law.gas_constant * ends
         tension = np.abs(fluid.mean_pressure) * per_area
         relative = slope / fluid.densities
-        shape_part = tension * gap**2 * (
-            2 * (relative[pairs.first] + relative[pairs.second]) + 2 / self._separation(fluid)
-        ) + 4 * tension * gap
+        shape_part = (
+            tension
+            * gap**2
+            * (2 * (relative[pairs.first] + relative[pairs.second]) + 2 / self._separation(fluid))
+            + 4 * tension * gap
+        )
         stiffness = self._row_sum(pairs, density_part + shape_part)
         drag = self._row_sum(pairs, 2 * law.viscosity * per_area * gap)
         return Rates(stiffness, drag)
@@ -139,7 +142,7 @@ class _BoundSPH(BoundForce):
 
     def _fluid(self, configuration: Configuration) -> _Fluid:
         pairs = self._neighbours.pairs(configuration.positions)
-        vectors = pair_differences(configuration.positions, pairs.ends)
+        vectors = _over(configuration.positions, pairs)
         lengths = norms(vectors)
         gap = np.maximum(self._radius - lengths, 0.0)
         densities = self._density(pairs, lengths)
@@ -161,23 +164,28 @@ class _BoundSPH(BoundForce):
 
     def _density(self, pairs: Pairs, lengths: Floats) -> Floats:
         """ρ_i, kg/m³, eq. 5; a point counts itself."""
-        kernel = self._poly6 * np.maximum(self._radius**2 - lengths**2, 0.0) ** 3
-        return self._masses * (self._poly6 * self._radius**6) + self._density_change(pairs, kernel)
+        inside = np.maximum(self._radius**2 - lengths * lengths, 0.0)
+        kernel = self._poly6 * (inside * inside * inside)  # a product: np.power is ten times slower
+        density = self._density_change(pairs, kernel)
+        density += self._masses * (self._poly6 * self._radius**6)
+        return density
 
     def _density_change(self, pairs: Pairs, kernel: Floats) -> Floats:
         """Σ_j m_j · (a kernel value for each pair)."""
-        to_first = pairs.to_first @ (self._masses[pairs.second] * kernel)
-        return to_first + pairs.to_second @ (self._masses[pairs.first] * kernel)
+        change: Floats = pairs.to_first @ (self._masses[pairs.second] * kernel)
+        change += pairs.to_second @ (self._masses[pairs.first] * kernel)
+        return change
 
     def _kernel_slope(self, lengths: Floats) -> Floats:
         """|dW_poly6/dr|."""
-        return 6 * self._poly6 * lengths * np.maximum(self._radius**2 - lengths**2, 0.0) ** 2
+        gap: Floats = np.maximum(self._radius**2 - lengths**2, 0.0)
+        return 6 * self._poly6 * lengths * gap**2
 
     def _force_change(self, configuration: Configuration, u: Floats) -> Floats:
         """(∂F/∂x) u of the pressure force."""
         fluid = self._fluid(configuration)
         pairs, gap, lengths = fluid.pairs, fluid.gap, self._separation(fluid)
-        du = pair_differences(u, pairs.ends)
+        du = _over(u, pairs)
         dr = np.einsum("cp,cp->p", fluid.vectors, du) / lengths
         d_density = self._density_change(pairs, -self._kernel_slope(fluid.lengths) * dr)
         relative = d_density / fluid.densities
@@ -195,3 +203,7 @@ class _BoundSPH(BoundForce):
         if self._law.pressure == "difference":
             return scatter(pairs.to_first + pairs.to_second, -change)
         return scatter(pairs.gather_difference, change)
+
+
+def _over(values: Floats, pairs: Pairs) -> Floats:
+    return pair_differences(values, pairs.first, pairs.second)

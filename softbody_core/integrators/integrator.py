@@ -40,7 +40,7 @@ class Stepper(ABC):
         """What the scheme remembers from one communication step to the next; None if nothing."""
         return None
 
-    def recall(self, memory: object) -> None:
+    def recall(self, memory: object) -> None:  # noqa: B027 - nothing to recall by default
         """Set the scheme back to what `memory` returned."""
 
 

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softbody_core.configuration import Configuration
-from softbody_core.forces import Rates
 from softbody_core.integrators.explicit import ExplicitParameters, ExplicitStepper
 from softbody_core.integrators.integrator import Stepper
 from softbody_core.model import SoftBodyModel
