@@ -8,15 +8,25 @@ from typing import Any
 
 from cosim.errors import nearest
 from scenarios.errors import ScenarioError
-from scenarios.schema import Scenario, parse
+from scenarios.schema import Scenario, parse, read_toml, variants_of
 
 _FOLDER = Path(__file__).with_name("library")
 MESHES = Path(__file__).with_name("meshes")
 
 
 def names() -> list[str]:
-    """Return the names of the scenarios that ship."""
-    return sorted(path.stem for path in _FOLDER.glob("*.toml"))
+    """Return the names of the scenarios that ship, variants included."""
+    return sorted(_catalogue())
+
+
+def _catalogue() -> dict[str, tuple[Path, str | None]]:
+    """File and variant of each name: variant "a" of lung.toml is named lung-a."""
+    catalogue: dict[str, tuple[Path, str | None]] = {}
+    for path in _FOLDER.glob("*.toml"):
+        catalogue[path.stem] = path, None
+        for variant in variants_of(read_toml(path.stem, path.read_text(encoding="utf-8"))):
+            catalogue[f"{path.stem}-{variant}"] = path, variant
+    return catalogue
 
 
 def load(name_or_path: str | Path, changes: Mapping[str, Any] | None = None) -> Scenario:
@@ -46,10 +56,10 @@ def load(name_or_path: str | Path, changes: Mapping[str, Any] | None = None) -> 
         except (OSError, UnicodeDecodeError) as error:
             raise ScenarioError(f"scenario {path} cannot be read: {error}") from error
         return parse(path.stem, text, path.resolve().parent, changes)
-    name = str(name_or_path)
-    if name not in names():
+    name, catalogue = str(name_or_path), _catalogue()
+    if name not in catalogue:
         raise ScenarioError(
-            f"no scenario is named {name!r}; {nearest(name, names())}. A file ends in .toml"
+            f"no scenario is named {name!r}; {nearest(name, catalogue)}. A file ends in .toml"
         )
-    text = (_FOLDER / f"{name}.toml").read_text(encoding="utf-8")
-    return parse(name, text, _FOLDER, changes)
+    path, variant = catalogue[name]
+    return parse(name, path.read_text(encoding="utf-8"), _FOLDER, changes, variant)

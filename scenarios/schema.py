@@ -123,7 +123,13 @@ class Scenario:
         return max(1, round(self.run.cycles * self.run.period / self.coupling.step))
 
 
-def parse(name: str, text: str, folder: Path, changes: Mapping[str, Any] | None = None) -> Scenario:
+def parse(
+    name: str,
+    text: str,
+    folder: Path,
+    changes: Mapping[str, Any] | None = None,
+    variant: str | None = None,
+) -> Scenario:
     """Make a scenario of TOML text.
 
     Parameters
@@ -136,19 +142,21 @@ def parse(name: str, text: str, folder: Path, changes: Mapping[str, Any] | None 
         Against which relative paths are read.
     changes : mapping, optional
         Values to put in place first, by dotted path: ``{"forces.alpha": 0.5}``.
+    variant : str, optional
+        Key in the table ``variants`` whose changes are put in place before those.
 
     Raises
     ------
     ScenarioError
         With the path of the bad field.
     """
-    try:
-        data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise ScenarioError(f"scenario {name} is no valid TOML: {error}") from error
-    for path, value in (changes or {}).items():
+    data = read_toml(name, text)
+    variants = variants_of(data)
+    data.pop("variants", None)
+    chosen = {} if variant is None else choose(variant, variants, "variant")
+    for path, value in {**chosen, **(changes or {})}.items():
         _put(data, path, value)
-    if changes:
+    if chosen or changes:
         text = tomli_w.dumps(data)
     refuse_unknown(data, ["title", *_TABLES], "")
     for required in ("mesh", "body", "forces", "controller", "coupling", "run"):
@@ -182,6 +190,20 @@ def parse(name: str, text: str, folder: Path, changes: Mapping[str, Any] | None 
             f"{wanted:.6g} s; choose a whole part of run.period"
         )
     return scenario
+
+
+def read_toml(name: str, text: str) -> dict[str, Any]:
+    """Read TOML text; `name` is for the message."""
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ScenarioError(f"scenario {name} is no valid TOML: {error}") from error
+
+
+def variants_of(data: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Tables of changes, by dotted path, that make a family of one scenario."""
+    variants = table(data.get("variants", {}), "variants")
+    return {key: table(value, f"variants.{key}") for key, value in variants.items()}
 
 
 def _mesh(data: dict[str, Any]) -> Mesh:

@@ -17,7 +17,7 @@ from softbody_core.forces import (
     MassSpring,
     SurfaceSPH,
 )
-from softbody_core.integrators import INTEGRATORS, RK4, SymplecticEuler, VelocityVerlet
+from softbody_core.integrators import INTEGRATORS, RK4, SDIRK2, SymplecticEuler, VelocityVerlet
 from softbody_core.mesh import SurfaceMesh
 from softbody_core.model import SoftBodyModel
 from softbody_core.shapes import ball
@@ -29,6 +29,7 @@ __all__ = [
     "FORCES",
     "INTEGRATORS",
     "RK4",
+    "SDIRK2",
     "AirwayResistance",
     "DivergenceError",
     "Gravity",

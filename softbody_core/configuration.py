@@ -86,9 +86,7 @@ class Configuration:
         return gradient
 
 
-def pair_differences(
-    values: Floats, first: NDArray[np.int64], second: NDArray[np.int64]
-) -> Floats:
+def pair_differences(values: Floats, first: NDArray[np.int64], second: NDArray[np.int64]) -> Floats:
     """Differences value_j − value_i over pairs (i, j), shape (3, p)."""
     difference = values.take(second, axis=1)
     difference -= values.take(first, axis=1)

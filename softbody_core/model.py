@@ -90,6 +90,15 @@ class SoftBodyModel:
             total += force
         return total
 
+    def total_force(
+        self, configuration: Configuration, velocities: Floats, inputs: Inputs
+    ) -> Floats:
+        """Composite force and the airway's resistance, N, shape (3, n)."""
+        total = self.force(configuration, velocities, inputs)
+        if self.airway is not None:
+            total += self.airway.force(configuration, velocities, inputs)
+        return total
+
     def acceleration(
         self, configuration: Configuration, velocities: Floats, inputs: Inputs
     ) -> Floats:

@@ -58,8 +58,11 @@ class BoundResistance(BoundForce):
         return (-self.law.resistance * flow) * gradient
 
     def damping(self, configuration: Configuration) -> Tangent:
+        return Tangent(rank_one=self.rank_one_damping(configuration))
+
+    def rank_one_damping(self, configuration: Configuration) -> tuple[RankOne, ...]:
         gradient = configuration.volume_gradient
-        return Tangent(rank_one=(RankOne(self.law.resistance, gradient, gradient),))
+        return (RankOne(self.law.resistance, gradient, gradient),)
 
     def rates(self, configuration: Configuration, inputs: Inputs) -> Rates:
         gradient = configuration.volume_gradient

@@ -89,6 +89,24 @@ class BoundForce(ABC):
         """−∂F/∂v."""
         return Tangent()
 
+    def rank_one_stiffness(
+        self, configuration: Configuration, inputs: Inputs
+    ) -> tuple[RankOne, ...]:
+        """Parts of the stiffness that couple every point with every other."""
+        return ()
+
+    def rank_one_damping(self, configuration: Configuration) -> tuple[RankOne, ...]:
+        """Parts of the damping that couple every point with every other."""
+        return ()
+
+    def bounding_operators(self) -> tuple[sp.csr_array, sp.csr_array] | None:
+        """Constant (n, n) operators of the size of the stiffness and the damping, or larger.
+
+        They are positive semi-definite and act on each component alike; implicit schemes factor
+        them once. None for a law whose sparse part is small.
+        """
+        return None
+
     def rates(self, configuration: Configuration, inputs: Inputs) -> Rates:
         """Bounds on how fast the law makes points move."""
         return Rates()

@@ -86,7 +86,7 @@ class BoundPressure(BoundForce):
         pressure = self.law.pressure(configuration, inputs)
         return Tangent(
             sparse=-self._share * pressure * self._area_curvature(configuration),
-            rank_one=self._gas_stiffness(configuration, inputs),
+            rank_one=self.rank_one_stiffness(configuration, inputs),
         )
 
     def rates(self, configuration: Configuration, inputs: Inputs) -> Rates:
@@ -99,12 +99,14 @@ class BoundPressure(BoundForce):
         row_sums = np.bincount(ends.ravel(), np.repeat(wings / 6, 2), len(self._masses))
         pressure = self._share * abs(self.law.pressure(configuration, inputs))
         bound = pressure * float(np.max(row_sums / self._masses))
-        for coefficient, left, right in self._gas_stiffness(configuration, inputs):
+        for coefficient, left, right in self.rank_one_stiffness(configuration, inputs):
             sizes = (np.linalg.norm(v / np.sqrt(self._masses)) for v in (left, right))
             bound += coefficient * float(np.prod(list(sizes)))
         return Rates(stiffness=bound)
 
-    def _gas_stiffness(self, configuration: Configuration, inputs: Inputs) -> tuple[RankOne, ...]:
+    def rank_one_stiffness(
+        self, configuration: Configuration, inputs: Inputs
+    ) -> tuple[RankOne, ...]:
         """−A ∂p/∂x: the gas stiffens as it is squeezed."""
         if inputs.n == 0:
             return ()

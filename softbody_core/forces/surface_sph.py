@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from softbody_core.configuration import Configuration, norms, pair_differences, scatter
@@ -75,6 +76,8 @@ class _BoundSPH(BoundForce):
     def __init__(self, law: SurfaceSPH, mesh: SurfaceMesh, masses: Floats) -> None:
         self._law = law
         self._masses = masses
+        self._area = mesh.area
+        self._laplacian = mesh.laplacian
         self._radius = h = law.core_radius * float(mesh.edge_lengths.mean())
         self._neighbours = NeighbourList(h)
         self._poly6 = 315 / (64 * np.pi * h**9)  # W = poly6 (h² − r²)³
@@ -109,11 +112,14 @@ class _BoundSPH(BoundForce):
         drag = self._law.viscosity * self._spiky * fluid.shares * fluid.gap
 
         def product(u: Floats) -> Floats:
-            return scatter(
-                fluid.pairs.gather_difference, drag * _over(u, fluid.pairs)
-            )
+            return scatter(fluid.pairs.gather_difference, drag * _over(u, fluid.pairs))
 
         return Tangent(operator=product)
+
+    def bounding_operators(self) -> tuple[sp.csr_array, sp.csr_array]:
+        # The fluid resists a change of area like a membrane of modulus k times the mass per area.
+        modulus = self._law.gas_constant * float(self._masses.sum()) / self._area
+        return modulus * self._laplacian, 0.0 * self._laplacian
 
     def rates(self, configuration: Configuration, inputs: Inputs) -> Rates:
         """Bound by the largest block row sum of M⁻¹K and of M⁻¹C."""

@@ -61,7 +61,4 @@ class _RK4(ExplicitStepper):
 
     def _acceleration(self, x: Floats, v: Floats, inputs: Inputs) -> Floats:
         here = Configuration(self._model.mesh, x)
-        acceleration = self._model.acceleration(here, v, inputs)
-        if self._model.airway is not None:
-            acceleration += self._model.inverse_masses * self._model.airway.force(here, v, inputs)
-        return acceleration
+        return self._model.inverse_masses * self._model.total_force(here, v, inputs)
