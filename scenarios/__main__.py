@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import tomllib
+from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -26,6 +27,7 @@ app = App(
     name="softbody",
     help="Soft bodies driven by respiratory controllers.\n\n"
     "Start with `softbody run lung`: five breaths of a lung, as a dataset and a picture.",
+    version=version("softbody-cosim"),
     version_flags=["--version"],
 )
 controller_app = App(name="controller", help="Controllers: list them, or write one as an FMU.")

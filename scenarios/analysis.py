@@ -70,7 +70,10 @@ def _breath_bounds(dataset: xr.Dataset) -> NDArray[np.int64]:
     turns = np.flatnonzero(inhaling[1:] & ~inhaling[:-1]) + 1
     bounds = np.concatenate([[0], turns])
     ended = len(inhaling) > 0 and not inhaling[-1]
-    whole = len(bounds) < 2 or last - bounds[-1] >= 0.95 * (bounds[-1] - bounds[-2])
+    if len(bounds) > 1:
+        whole = last - bounds[-1] >= 0.95 * (bounds[-1] - bounds[-2])
+    else:  # nothing to compare it with, but a run lasts for whole breaths if it is not cut short
+        whole = dataset.attrs.get("status", "completed") == "completed"
     if ended and whole and last > bounds[-1]:
         bounds = np.append(bounds, last)
     return bounds.astype(np.int64)

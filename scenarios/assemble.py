@@ -12,7 +12,7 @@ from scenarios.catalogue import MESHES
 from scenarios.decode import choose
 from scenarios.errors import ScenarioError
 from scenarios.schema import Controller, Mesh, Scenario
-from softbody_core import SoftBody, SoftBodyError, SoftBodyModel, SurfaceMesh, ball
+from softbody_core import SoftBody, SoftBodyError, SoftBodyModel, SurfaceMesh, ball, icosphere
 
 
 def build_body(scenario: Scenario) -> SoftBody:
@@ -45,6 +45,8 @@ def build_mesh(mesh: Mesh, folder: Path) -> SurfaceMesh:
 
 
 def _surface(mesh: Mesh, folder: Path) -> SurfaceMesh:
+    if mesh.icosphere is not None:
+        return icosphere(mesh.icosphere)
     if mesh.ball is not None:
         return ball(mesh.ball)
     if mesh.file is not None:

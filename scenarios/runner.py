@@ -176,8 +176,9 @@ class Snapshots:
         self._body = body
         self._stride = 0
         if every is not None:
-            self._stride = round(every / scenario.coupling.step)
-            if self._stride < 1 or not np.isfinite(every):
+            strides = every / scenario.coupling.step
+            self._stride = round(strides) if np.isfinite(strides) else 0
+            if self._stride < 1:
                 raise ScenarioError(
                     f"positions every {every:g} s: expected at least one communication step, "
                     f"{scenario.coupling.step:.6g} s"

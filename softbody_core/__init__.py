@@ -20,7 +20,7 @@ from softbody_core.forces import (
 from softbody_core.integrators import INTEGRATORS, RK4, SDIRK2, SymplecticEuler, VelocityVerlet
 from softbody_core.mesh import SurfaceMesh
 from softbody_core.model import SoftBodyModel
-from softbody_core.shapes import ball
+from softbody_core.shapes import ball, icosphere
 from softbody_core.state import Inputs, State
 from softbody_core.weights import Weights
 
@@ -53,4 +53,5 @@ __all__ = [
     "VelocityVerlet",
     "Weights",
     "ball",
+    "icosphere",
 ]

@@ -3,16 +3,42 @@
 from __future__ import annotations
 
 import numpy as np
+import trimesh
 from scipy.spatial import ConvexHull
 
 from softbody_core.errors import ParameterError
 from softbody_core.mesh import SurfaceMesh
 
 
+def icosphere(subdivisions: int, radius: float = 1.0) -> SurfaceMesh:
+    """Icosahedron whose triangles are split in four, again and again, onto the sphere.
+
+    The most even of all spheres: 0 to 5 subdivisions give 12, 42, 162, 642, 2562, 10242 points.
+
+    Parameters
+    ----------
+    subdivisions : int
+        How often to split, from 0 to 8.
+    radius : float
+        Radius, m.
+
+    Raises
+    ------
+    ParameterError
+        If there are too many subdivisions, or fewer than none.
+    """
+    if not 0 <= subdivisions <= 8:
+        raise ParameterError(f"icosphere of {subdivisions} subdivisions: expected 0 to 8")
+    sphere = trimesh.creation.icosphere(subdivisions)
+    return SurfaceMesh.from_arrays(radius * sphere.vertices, sphere.faces)
+
+
 def ball(n_points: int, radius: float = 1.0) -> SurfaceMesh:
     """Fibonacci points on a sphere, joined by their convex hull.
 
-    1986 points give 3968 triangles and 5952 edges, the counts of Mesit & Guha 2011, section 4.
+    Any number of points can be had, at the price of an uneven net: springs on it yield about a
+    tenth more than on an icosphere. 1986 points give 3968 triangles and 5952 edges, the counts of
+    Mesit & Guha 2011, section 4.
 
     Parameters
     ----------

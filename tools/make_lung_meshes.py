@@ -92,7 +92,9 @@ def quality(mesh: trimesh.Trimesh, surface: trimesh.Trimesh) -> list[str]:
         Cells for the `HEADINGS` after the first.  Lengths and areas (a third of the faces at
         a point) are relative to the median; the distance is the largest one either way.
     """
-    assert mesh.is_watertight and mesh.is_winding_consistent and mesh.euler_number == 2
+    assert mesh.is_watertight
+    assert mesh.is_winding_consistent
+    assert mesh.euler_number == 2
     assert len(np.unique(np.round(mesh.vertices, 6), axis=0)) == len(np.unique(mesh.faces))
     edges = mesh.edges_unique_length / np.median(mesh.edges_unique_length)
     areas = np.bincount(mesh.faces.ravel(), np.repeat(mesh.area_faces, 3))

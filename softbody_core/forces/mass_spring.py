@@ -89,8 +89,8 @@ class _BoundMassSpring(BoundForce):
         return Tangent(sparse=sp.block_diag([self._law.damping * self._laplacian] * 3, "csr"))
 
     def bounding_operators(self) -> tuple[sp.csr_array, sp.csr_array]:
-        # Across a spring the stiffness is k_s (1 − l⁰/l): negative where it is compressed, and never
-        # more than the k_s of the Laplacian, which is positive semi-definite.
+        # Across a spring the stiffness is k_s (1 − l⁰/l): negative where it is compressed, and
+        # never more than the k_s of the Laplacian, which is positive semi-definite.
         return self._law.stiffness * self._laplacian, self._law.damping * self._laplacian
 
     def rates(self, configuration: Configuration, inputs: Inputs) -> Rates:

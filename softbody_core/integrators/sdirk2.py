@@ -43,6 +43,8 @@ class SDIRK2(Parameters):
     tolerance : float
         Error allowed in one step: of the volume over the rest volume, and of the points' positions
         (root mean square) over the radius of a ball of that volume.
+    solver_accuracy : float
+        Part of the tolerance to which each stage is solved.
     max_step : float, optional
         Largest inner step, s; by default the communication step.
     max_iterations : int
@@ -52,6 +54,7 @@ class SDIRK2(Parameters):
     order: ClassVar[int] = 2
 
     tolerance: Annotated[float, Quantity("1", above=0)] = 1e-3
+    solver_accuracy: Annotated[float, Quantity("1", above=0)] = 0.1
     max_step: Annotated[float | None, Quantity("s", above=0)] = None
     max_iterations: Annotated[int, Quantity("1", at_least=1)] = 12
 
@@ -118,7 +121,7 @@ class _SDIRK2(Stepper):
         """One step, with its error over the tolerance; None if it has to be shorter."""
         x, v, z = state.positions, state.velocities, GAMMA * h
         tolerance = self._parameters.tolerance
-        accuracy = 0.1 * tolerance * self._radius
+        accuracy = self._parameters.solver_accuracy * tolerance * self._radius
         first = self._solver.solve(x, v, v, z, inputs, accuracy)
         if not first.converged:
             return None

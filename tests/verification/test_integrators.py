@@ -1,0 +1,172 @@
+"""Declared orders, conservation, and closed forms of motion."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from softbody_core import (
+    INTEGRATORS,
+    AirwayResistance,
+    Gravity,
+    InternalPressure,
+    MassSpring,
+    SoftBody,
+    SoftBodyModel,
+    State,
+    SurfaceSPH,
+    VelocityVerlet,
+    ball,
+)
+from softbody_core.configuration import Configuration
+from softbody_core.state import Inputs
+
+INPUTS = Inputs(delta_p=50.0, n=100.0)
+
+FIXED: dict[str, dict[str, float]] = {
+    "symplectic-euler": {},
+    "velocity-verlet": {},
+    "rk4": {},
+    # a tolerance that never asks for a shorter step, and stages solved far below the error
+    "sdirk2": {"tolerance": 10.0, "solver_accuracy": 1e-11, "max_iterations": 200},
+}
+"""Options that make a scheme take equal steps. A new scheme fails until it has an entry."""
+
+
+def with_step(name, h):
+    option = {"max_step": h} if "tolerance" in FIXED[name] else {"max_substep": h}
+    return INTEGRATORS[name](**option, **FIXED[name])
+
+
+def wobbling(resistance):
+    """A small soft body of every smooth force, set in motion; slow enough for large steps.
+
+    The fluid's radius spans the body: the spiky kernel has a kink at its edge, and a pair that
+    crossed it would hide a fourth order.
+    """
+    mesh = ball(30, 0.08)
+    laws = [
+        MassSpring(20.0, 0.05),
+        SurfaceSPH(3.0, 0.3, 5.0),
+        InternalPressure(1e-3, "enclosed-volume"),
+        Gravity(1.0),
+        AirwayResistance(resistance),
+    ]
+    model = SoftBodyModel(mesh, 0.5, laws)
+    generator = np.random.default_rng(3)
+    start = State.at_rest(mesh)
+    return model, State(0.0, start.positions, 0.05 * generator.normal(size=(3, 30)))
+
+
+def reference(model, start, end):
+    """Positions and velocities by SciPy's eighth-order scheme at tight tolerances."""
+
+    def derivative(_, y):
+        x, v = y.reshape(2, 3, -1)
+        force = model.total_force(Configuration(model.mesh, x), v, INPUTS)
+        return np.concatenate([v.ravel(), (model.inverse_masses * force).ravel()])
+
+    y0 = np.concatenate([start.positions.ravel(), start.velocities.ravel()])
+    solution = solve_ivp(derivative, (0, end), y0, method="DOP853", rtol=1e-12, atol=1e-14)
+    return solution.y[:, -1]
+
+
+@pytest.mark.parametrize("resistance", [0.0, 2e4], ids=["open", "resisting"])
+@pytest.mark.parametrize("name", INTEGRATORS)
+def test_the_declared_order_is_reached(name, resistance):
+    model, start = wobbling(resistance)
+    end = 0.05
+    exact = reference(model, start, end)
+    counts = np.array([32, 64, 128])
+    errors = []
+    for count in counts:
+        body = SoftBody(model, with_step(name, end / count))
+        body.state = start
+        body.step(end, INPUTS.delta_p, INPUTS.n)
+        assert body.steps == count
+        reached = np.concatenate([body.state.positions.ravel(), body.state.velocities.ravel()])
+        errors.append(np.abs(reached - exact).max())
+    order = -np.polyfit(np.log(counts), np.log(errors), 1)[0]
+    # regression over three step sizes; the next term of the error is still seen at the largest
+    assert order == pytest.approx(INTEGRATORS[name].order, abs=0.05)
+
+
+@pytest.mark.parametrize("name", INTEGRATORS)
+def test_free_fall(name):
+    """x = −g t²/2 for every point; springs do not notice."""
+    model = SoftBodyModel(ball(30, 0.08), 0.5, [MassSpring(20.0), Gravity()])
+    body = SoftBody(model, with_step(name, 1e-3))
+    body.step(0.1)
+    fallen = body.positions - model.mesh.points
+    error = {1: 9.80665 * 0.1 * 1e-3 / 2}.get(INTEGRATORS[name].order, 0.0)  # g t h/2 at order 1
+    np.testing.assert_allclose(fallen[:, 2], -9.80665 * 0.1**2 / 2 - error, rtol=1e-8)
+    np.testing.assert_allclose(fallen[:, :2], 0, atol=1e-10)
+
+
+def test_a_tetrahedron_breathes_at_its_closed_frequency(tetrahedron):
+    """Breathing of four masses m on six springs k: ω² = 4k/m (energy of a uniform dilation)."""
+    k, mass = 50.0, 0.8
+    model = SoftBodyModel(tetrahedron, mass, [MassSpring(k)])
+    omega = np.sqrt(4 * k / (mass / 4))
+    body = SoftBody(model, VelocityVerlet(max_substep=1e-5))
+    amplitude = 1e-3
+    rest = body.state.positions
+    body.state = State(0.0, rest * (1 + amplitude), np.zeros_like(rest))
+    period = 2 * np.pi / omega
+    for quarter, expected in ((1, 0.0), (2, -1.0), (3, 0.0), (4, 1.0)):
+        body.step(period / 4)
+        stretch = np.vdot(rest, body.state.positions) / np.vdot(rest, rest) - 1
+        # a uniform dilation keeps springs linear: what is left is the scheme's (ωh)² phase error
+        assert stretch == pytest.approx(expected * amplitude, abs=1e-6 * amplitude), quarter
+
+
+def test_verlet_keeps_energy_of_undamped_springs():
+    model = SoftBodyModel(ball(60, 0.08), 0.5, [MassSpring(100.0)])
+
+    def drift(h):
+        body = SoftBody(model, VelocityVerlet(max_substep=h))
+        kick = 0.2 * np.random.default_rng(1).normal(size=(3, 60))
+        body.state = State(0.0, body.state.positions, kick)
+        first = model.energy(body.state, Inputs())
+        energies = []
+        for _ in range(50):
+            body.step(0.02)
+            energies.append(model.energy(body.state, Inputs()))
+        return np.abs(np.array(energies) / first - 1).max()
+
+    coarse, fine = drift(4e-4), drift(2e-4)
+    # symplectic and of second order: bounded, and four times smaller at half the step
+    assert coarse < 2e-3
+    assert coarse / fine == pytest.approx(4, rel=0.35)
+
+
+@pytest.mark.parametrize("name", INTEGRATORS)
+def test_a_free_body_keeps_its_momentum(name):
+    laws = [MassSpring(100.0, 0.1), SurfaceSPH(30.0, 0.5), InternalPressure(1e-3)]
+    model = SoftBodyModel(ball(60, 0.08), 0.5, [*laws, AirwayResistance(1e5)])
+    body = SoftBody(model, INTEGRATORS[name]())
+    velocities = 0.3 * np.random.default_rng(2).normal(size=(3, 60)) + [[0.1], [0.2], [0.3]]
+    body.state = State(0.0, body.state.positions, velocities)
+    momentum = velocities @ model.masses
+    for _ in range(5):
+        body.step(0.01, delta_p=200.0, n=4000.0)
+    # explicit schemes add forces that cancel pair by pair; implicit stages stop at their tolerance
+    after = body.state.velocities @ model.masses
+    np.testing.assert_allclose(after, momentum, atol=1e-12 if name != "sdirk2" else 1e-5)
+
+
+def test_sdirk2_halves_its_error_with_its_tolerance():
+    """The error falls with the tolerance; its estimate is of third order, so by about 2/3 power."""
+    model, start = wobbling(2e4)
+    exact = reference(model, start, 0.2)
+    errors = []
+    for tolerance in (1e-3, 1e-4, 1e-5, 1e-6):
+        body = SoftBody(model, INTEGRATORS["sdirk2"](tolerance=tolerance, max_iterations=50))
+        body.state = start
+        body.step(0.2, INPUTS.delta_p, INPUTS.n)
+        positions = body.state.positions.ravel()
+        errors.append(np.abs(positions - exact[: positions.size]).max())
+    slope = np.polyfit(np.log([1e-3, 1e-4, 1e-5, 1e-6]), np.log(errors), 1)[0]
+    assert 0.45 < slope < 1.05
+    assert errors[-1] < 1e-5
