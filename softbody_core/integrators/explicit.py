@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -15,13 +16,16 @@ from softbody_core.errors import StepLimitError
 from softbody_core.integrators.integrator import Stepper
 from softbody_core.model import SoftBodyModel
 from softbody_core.parameters import Parameters, Quantity
-from softbody_core.stability import check_physical, largest_stable_step
+from softbody_core.stability import check_finite, check_volume, largest_stable_step
 from softbody_core.state import Inputs, State
 
 Floats = NDArray[np.float64]
 
 RECHECK = 64
-"""Substeps after which the stability limit is estimated anew and the state is checked."""
+"""Substeps after which the stability limit is estimated anew."""
+
+Moment = tuple[Floats, Floats, Configuration]
+"""Positions and velocities, and the configuration of those positions."""
 
 
 @dataclass(frozen=True)
@@ -52,8 +56,8 @@ class ExplicitStepper(Stepper):
         self._model = model
 
     @abstractmethod
-    def _march(self, state: State, inputs: Inputs, h: float, count: int) -> State:
-        """Take `count` substeps of length h."""
+    def _march(self, state: State, inputs: Inputs, h: float) -> Iterator[Moment]:
+        """Give the body after each of an endless row of substeps of length h."""
 
     def _limit(self, configuration: Configuration, inputs: Inputs) -> float:
         """Largest stable substep, s."""
@@ -67,9 +71,15 @@ class ExplicitStepper(Stepper):
             configuration = Configuration(self._model.mesh, state.positions)
             needed = self._substeps_for(remaining * dt, configuration, inputs)
             count = min(needed, RECHECK)
-            with np.errstate(all="ignore"):  # what overflows is found below, and named
-                state = self._march(state, inputs, remaining * dt / needed, count)
-                check_physical(state, Configuration(self._model.mesh, state.positions))
+            h = remaining * dt / needed
+            with np.errstate(all="ignore"):  # what overflows is found here, and named
+                time = state.time
+                for taken, (x, v, here) in enumerate(self._march(state, inputs, h), start=1):
+                    check_volume(time + taken * h, here)
+                    if taken == count:
+                        state = State(time + count * h, x, v)
+                        break
+                check_finite(state)
             self.substeps += count
             remaining = 0.0 if count == needed else remaining * (1 - count / needed)
         return State(end, state.positions, state.velocities)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -10,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softbody_core.configuration import Configuration
-from softbody_core.integrators.explicit import ExplicitParameters, ExplicitStepper
+from softbody_core.integrators.explicit import ExplicitParameters, ExplicitStepper, Moment
 from softbody_core.integrators.integrator import Stepper
 from softbody_core.model import SoftBodyModel
 from softbody_core.state import Inputs, State
@@ -45,20 +46,24 @@ class _RK4(ExplicitStepper):
         largest = max(math.sqrt(stiffness), half + math.sqrt(max(half**2 - stiffness, 0.0)))
         return math.inf if largest == 0 else STABLE_RADIUS / largest
 
-    def _march(self, state: State, inputs: Inputs, h: float, count: int) -> State:
+    def _march(self, state: State, inputs: Inputs, h: float) -> Iterator[Moment]:
         x, v = state.positions, state.velocities
-        for _ in range(count):
-            a1 = self._acceleration(x, v, inputs)
+        here = self._at(x)
+        while True:
+            a1 = self._acceleration(here, v, inputs)
             v2 = v + 0.5 * h * a1
-            a2 = self._acceleration(x + 0.5 * h * v, v2, inputs)
+            a2 = self._acceleration(self._at(x + 0.5 * h * v), v2, inputs)
             v3 = v + 0.5 * h * a2
-            a3 = self._acceleration(x + 0.5 * h * v2, v3, inputs)
+            a3 = self._acceleration(self._at(x + 0.5 * h * v2), v3, inputs)
             v4 = v + h * a3
-            a4 = self._acceleration(x + h * v3, v4, inputs)
+            a4 = self._acceleration(self._at(x + h * v3), v4, inputs)
             x = x + h / 6 * (v + 2 * v2 + 2 * v3 + v4)
             v = v + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
-        return State(state.time + count * h, x, v)
+            here = self._at(x)
+            yield x, v, here
 
-    def _acceleration(self, x: Floats, v: Floats, inputs: Inputs) -> Floats:
-        here = Configuration(self._model.mesh, x)
+    def _at(self, x: Floats) -> Configuration:
+        return Configuration(self._model.mesh, x)
+
+    def _acceleration(self, here: Configuration, v: Floats, inputs: Inputs) -> Floats:
         return self._model.inverse_masses * self._model.total_force(here, v, inputs)

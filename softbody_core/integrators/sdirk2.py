@@ -15,7 +15,7 @@ from softbody_core.integrators.integrator import Stepper
 from softbody_core.integrators.quasi_newton import QuasiNewton
 from softbody_core.model import SoftBodyModel
 from softbody_core.parameters import Parameters, Quantity
-from softbody_core.stability import check_physical
+from softbody_core.stability import check_finite, check_volume
 from softbody_core.state import Inputs, State
 
 Floats = NDArray[np.float64]
@@ -96,7 +96,8 @@ class _SDIRK2(Stepper):
                         )
                     continue
                 state, error = tried
-                check_physical(state, Configuration(self._model.mesh, state.positions))
+                check_finite(state)
+                check_volume(state.time, Configuration(self._model.mesh, state.positions))
                 self.substeps += 1
                 done += share
                 # Twice the step has eight times the error; it also has to end on its own grid.

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
 from softbody_core.configuration import Configuration
-from softbody_core.integrators.explicit import ExplicitParameters, ExplicitStepper, kick
+from softbody_core.integrators.explicit import ExplicitParameters, ExplicitStepper, Moment, kick
 from softbody_core.integrators.integrator import Stepper
 from softbody_core.model import SoftBodyModel
 from softbody_core.state import Inputs, State
@@ -24,10 +25,11 @@ class SymplecticEuler(ExplicitParameters):
 
 
 class _SymplecticEuler(ExplicitStepper):
-    def _march(self, state: State, inputs: Inputs, h: float, count: int) -> State:
+    def _march(self, state: State, inputs: Inputs, h: float) -> Iterator[Moment]:
         model, x, v = self._model, state.positions, state.velocities
-        for _ in range(count):
-            here = Configuration(model.mesh, x)
+        here = Configuration(model.mesh, x)
+        while True:
             v = kick(model, here, v, model.acceleration(here, v, inputs), h)
             x = x + h * v
-        return State(state.time + count * h, x, v)
+            here = Configuration(model.mesh, x)
+            yield x, v, here

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
 from softbody_core.configuration import Configuration
 from softbody_core.forces import Rates
-from softbody_core.integrators.explicit import ExplicitParameters, ExplicitStepper, kick
+from softbody_core.integrators.explicit import ExplicitParameters, ExplicitStepper, Moment, kick
 from softbody_core.integrators.integrator import Stepper
 from softbody_core.model import SoftBodyModel
 from softbody_core.stability import largest_stable_step
@@ -35,15 +36,15 @@ class _VelocityVerlet(ExplicitStepper):
         stiffness, damping = self._model.rates(configuration, inputs)
         return largest_stable_step(Rates(stiffness, 2 * damping))
 
-    def _march(self, state: State, inputs: Inputs, h: float, count: int) -> State:
+    def _march(self, state: State, inputs: Inputs, h: float) -> Iterator[Moment]:
         model, x, v = self._model, state.positions, state.velocities
         here = Configuration(model.mesh, x)
         acceleration = model.acceleration(here, v, inputs)
-        for _ in range(count):
+        while True:
             v = kick(model, here, v, acceleration, h / 2)
             x = x + h * v
             predicted = kick(model, here, v, acceleration, h / 2)
             here = Configuration(model.mesh, x)
             acceleration = model.acceleration(here, predicted, inputs)
             v = kick(model, here, v, acceleration, h / 2)
-        return State(state.time + count * h, x, v)
+            yield x, v, here
