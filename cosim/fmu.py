@@ -15,15 +15,14 @@ from fmpy import fmi2, fmi3
 from fmpy.logging import addLoggerProxy
 from fmpy.model_description import ModelVariable
 
-from cosim.errors import FmuError, nearest
-from cosim.fmu_description import declared_units, ports_of, read_description, unit_of
+from cosim.errors import FmuError
+from cosim.fmu_description import ports_of, read_description
 from cosim.fmu_folder import FmuFolder
+from cosim.fmu_parameters import Value, accessor, checked_parameters, python_type
 from cosim.participant import Causality, Port
-from cosim.units import UnitError, quantity
-
-Value = float | int | bool | str
 
 _STATUS: Final = ("ok", "warning", "discard", "error", "fatal", "pending")
+_FATAL: Final = 4
 _KEPT_MESSAGES: Final = 20
 
 
@@ -66,13 +65,14 @@ class FmuParticipant:
         self._folder = FmuFolder(self.path)
         self._fmu: Any = None
         self._started = False
+        self._dead = False
         self._callbacks: Any = None  # kept, or the garbage collector takes what the FMU calls
         try:
             self.sha256 = hashlib.sha256(self.path.read_bytes()).hexdigest()
             self._description = read_description(self.path, self._folder)
             self.ports: Mapping[str, Port] = ports_of(self.path, self._description)
             self._variables = {v.name: v for v in self._description.modelVariables}
-            self._parameters = self._checked(parameters or {})
+            self._parameters = checked_parameters(self.path, self._description, parameters or {})
         except BaseException:
             self._folder.close()
             raise
@@ -120,16 +120,20 @@ class FmuParticipant:
         return self._values
 
     def close(self) -> None:
-        """End the FMU and remove its folder. May be called twice."""
+        """End the FMU and remove its folder. May be called twice.
+
+        After a fatal error an FMU is only unloaded: FMI allows no more calls into it, and a Python
+        FMU, which has let go of its objects by then, would let go of them again and corrupt memory.
+        """
         fmu, self._fmu = self._fmu, None
         try:
-            if fmu is not None and fmu.component:
-                fmu.terminate()
-        except Exception as error:  # an FMU that failed refuses to terminate; that is no news
-            self.messages.append(f"terminate: {error}")
+            if fmu is not None and fmu.component and not self._dead:
+                self._call("terminate", fmu.terminate)
+        except FmuError as error:  # an FMU that failed refuses to terminate; that is no news
+            self.messages.append(str(error))
         finally:
             if fmu is not None and fmu.component:
-                fmu.freeInstance()
+                (fmu.freeLibrary if self._dead else fmu.freeInstance)()
             self._folder.close()
 
     def _load(self) -> None:
@@ -167,18 +171,19 @@ class FmuParticipant:
         try:
             return function(*args, **kwargs)
         except Exception as error:  # fmpy raises bare Exception and its own, unrelated classes
+            self._dead = self._dead or getattr(error, "status", None) == _FATAL
             logged = "\n".join(f"  {message}" for message in self.messages)
             said = f"; it logged:\n{logged}" if logged else "; it logged nothing"
             raise FmuError(f"FMU {self.path} could not {what}: {error}{said}") from error
 
     def _set(self, variable: ModelVariable, value: Value) -> None:
-        setter = getattr(self._fmu, f"set{_accessor(variable)}")
-        setter([variable.valueReference], [_python_type(variable)(value)])
+        setter = getattr(self._fmu, f"set{accessor(variable)}")
+        setter([variable.valueReference], [python_type(variable)(value)])
 
     def _read_outputs(self) -> None:
         values: dict[str, float] = {}
-        for accessor, (names, references) in self._outputs.items():
-            getter = getattr(self._fmu, f"get{accessor}")
+        for kind, (names, references) in self._outputs.items():
+            getter = getattr(self._fmu, f"get{kind}")
             values.update(
                 zip(names, map(float, self._call("be read", getter, references)), strict=True)
             )
@@ -189,63 +194,7 @@ class FmuParticipant:
         for port in self.ports.values():
             if port.causality is causality:
                 variable = self._variables[port.name]
-                names, references = groups.setdefault(_accessor(variable), ([], []))
+                names, references = groups.setdefault(accessor(variable), ([], []))
                 names.append(port.name)
                 references.append(variable.valueReference)
         return groups
-
-    def _checked(self, parameters: Mapping[str, Value]) -> dict[str, Value]:
-        """Parameters in the FMU's units; raise for an unknown one or a value out of bounds."""
-        known = {
-            name: variable
-            for name, variable in self._variables.items()
-            if variable.causality in ("parameter", "structuralParameter")
-        }
-        units = declared_units(self.path, self._description)
-        checked: dict[str, Value] = {}
-        for name, value in parameters.items():
-            if name not in known:
-                raise FmuError(f"FMU {self.path} has no parameter {name!r}; {nearest(name, known)}")
-            variable = known[name]
-            own = unit_of(self.path, variable, units)
-            if _python_type(variable) is str:
-                checked[name] = str(value)
-                continue
-            if own is not None and own.symbol != "1":
-                value = _quantity(name, value, own.symbol)
-            try:
-                number = _python_type(variable)(value)
-            except ValueError as error:
-                raise FmuError(f"parameter {name} = {value!r}: expected {variable.type}") from error
-            lowest, highest = (
-                None if bound is None else float(bound) for bound in (variable.min, variable.max)
-            )
-            if lowest is not None and float(number) < lowest:
-                raise FmuError(f"parameter {name} = {value}: expected at least {lowest:g}")
-            if highest is not None and float(number) > highest:
-                raise FmuError(f"parameter {name} = {value}: expected at most {highest:g}")
-            checked[name] = number
-        return checked
-
-
-def _quantity(name: str, value: Value, symbol: str) -> float:
-    if not isinstance(value, str):
-        raise FmuError(
-            f"parameter {name} = {value!r} has no unit; write it like '{value} {symbol}'"
-        )
-    try:
-        return quantity(value, symbol)
-    except UnitError as error:
-        raise FmuError(f"parameter {name}: {error}") from error
-
-
-def _accessor(variable: ModelVariable) -> str:
-    return "Integer" if variable.type == "Enumeration" else str(variable.type)
-
-
-def _python_type(variable: ModelVariable) -> type[float] | type[int] | type[bool] | type[str]:
-    if variable.type in ("Real", "Float64", "Float32"):
-        return float
-    if variable.type == "Boolean":
-        return bool
-    return str if variable.type == "String" else int

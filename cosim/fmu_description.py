@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
@@ -12,23 +13,13 @@ from fmpy.model_description import ModelDescription, ModelVariable
 from cosim.errors import FmuError
 from cosim.fmu_folder import FmuFolder
 from cosim.participant import Causality, Port
-from cosim.units import Unit, UnitError, unit
+from cosim.units import SI_BASE, Unit, UnitError, unit
 
 NUMBERS: Final = frozenset(
     {"Real", "Integer", "Boolean", "Enumeration", "Float64", "Float32"}
     | {f"{sign}Int{bits}" for sign in ("", "U") for bits in (8, 16, 32, 64)}
 )
 """Types of FMI 2.0 and 3.0 whose values can cross a connection."""
-
-_PINT_BASE: Final = {
-    "kg": "[mass]",
-    "m": "[length]",
-    "s": "[time]",
-    "A": "[current]",
-    "K": "[temperature]",
-    "mol": "[substance]",
-    "cd": "[luminosity]",
-}
 
 
 def read_description(path: Path, folder: FmuFolder) -> ModelDescription:
@@ -136,8 +127,8 @@ def declared_units(path: Path, description: ModelDescription) -> dict[str, Unit]
             units[symbol] = _from_base(symbol, declared[symbol])
             if known is not None and not _agree(known, units[symbol]):
                 raise FmuError(
-                    f"FMU {path}: unit {symbol!r} is declared as {units[symbol].factor:.9g} SI "
-                    f"units, but {symbol} is {known.factor:.9g}; correct its BaseUnit"
+                    f"FMU {path}: unit {symbol!r} is declared as {_said(units[symbol])}, "
+                    f"but {symbol} is {_said(known)}; correct its BaseUnit"
                 )
         elif known is not None:
             units[symbol] = known
@@ -146,13 +137,20 @@ def declared_units(path: Path, description: ModelDescription) -> dict[str, Unit]
 
 def _from_base(symbol: str, base: object) -> Unit:
     dimension = frozenset(
-        (name, power) for si, name in _PINT_BASE.items() if (power := int(getattr(base, si, 0)))
+        (name, power) for si, name in SI_BASE.items() if (power := int(getattr(base, si, 0)))
     )
     factor, offset = float(getattr(base, "factor", 1.0)), float(getattr(base, "offset", 0.0))
     return Unit(symbol, dimension, factor, offset)
 
 
+def _said(value: Unit) -> str:
+    base = [f"{name}^{power}" for name, power in sorted(value.dimension)]
+    offset = f" + {value.offset:.9g}" if value.offset else ""
+    return " ".join([f"{value.factor:.9g}", *base]) + offset
+
+
 def _agree(known: Unit, declared: Unit) -> bool:
     # Factors are often written with six digits, as 98.0665 or 0.0101972.
-    close = abs(known.factor - declared.factor) <= 1e-5 * abs(known.factor)
-    return known.dimension == declared.dimension and close
+    factors = math.isclose(known.factor, declared.factor, rel_tol=1e-5)
+    offsets = math.isclose(known.offset, declared.offset, rel_tol=1e-5)
+    return known.dimension == declared.dimension and factors and offsets

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import xarray as xr
 
+from cosim.errors import WiringError, nearest
 from cosim.loop import CommunicationPoint
 from cosim.participant import Participant
 from cosim.units import unit
@@ -24,7 +25,8 @@ class Variable:
     sources : tuple of str
         "participant.port"; one, or three for a variable along the dimension ``axis``.
     units : str or None
-        In the dataset, converted from the port's; None keeps the port's own unit.
+        In the dataset, converted from the port's; None keeps the port's own unit. A port that
+        declares none is recorded as it is, with units "unknown".
     long_name : str
         For axes of plots.
     attributes : mapping
@@ -56,8 +58,15 @@ class Recorder:
             for variable in variables
             for owner, _, port in (source.partition(".") for source in variable.sources)
         ]
-        ports = {participant.name: participant.ports for participant in participants}
-        self._port_units = [ports[owner][port].unit for owner, port in self._ends]
+        units = {
+            f"{participant.name}.{port.name}": port.unit
+            for participant in participants
+            for port in participant.ports.values()
+        }
+        for end in map(".".join, self._ends):
+            if end not in units:
+                raise WiringError(f"nothing to record is named {end}; {nearest(end, units)}")
+        self._port_units = [units[f"{owner}.{port}"] for owner, port in self._ends]
         self._times: list[float] = []
         self._rows: list[list[float]] = []
 
@@ -76,9 +85,11 @@ class Recorder:
             symbol = variable.units
             for _ in variable.sources:
                 values, port_unit = next(columns), next(port_units)
-                if symbol is None:
-                    symbol = "1" if port_unit is None else port_unit.symbol
-                elif port_unit is not None:
+                if port_unit is None:
+                    symbol = "1" if symbol in (None, "1") else "unknown"
+                elif symbol is None:
+                    symbol = port_unit.symbol
+                else:
                     factor, offset = port_unit.conversion_to(unit(symbol))
                     values = factor * values + offset
                 series.append(values)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass
 from decimal import Decimal
@@ -14,8 +15,21 @@ from softbody_core import SoftBodyError
 
 Dimension = frozenset[tuple[str, int]]
 
+SI_BASE: Final = {
+    "kg": "[mass]",
+    "m": "[length]",
+    "s": "[time]",
+    "A": "[current]",
+    "K": "[temperature]",
+    "mol": "[substance]",
+    "cd": "[luminosity]",
+}
+"""SI base units, and what pint calls the quantities that they measure."""
+
 _TOKEN: Final = re.compile(r"[^\s./*^()·]+")
-_POWER: Final = re.compile(r"([A-Za-zµ°%]+)(-?\d+)")
+_POWER: Final = re.compile(r"([A-Za-zµ°%]\w*?)(-?\d+)")
+_NUMBER: Final = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_QUANTITY: Final = re.compile(rf"\s*({_NUMBER})(?:/(\d+))?\s*((?:1/)?[^\s\d+-][^+]*)?")
 
 
 class UnitError(SoftBodyError, ValueError):
@@ -79,7 +93,7 @@ def unit(symbol: str) -> Unit:
 
 
 def quantity(text: str, symbol: str) -> float:
-    """Read a quantity such as "1.25 L" and give its value in the unit `symbol`.
+    """Read a quantity such as "1.25 L" or "1/30 s" and give its value in the unit `symbol`.
 
     Raises
     ------
@@ -88,13 +102,19 @@ def quantity(text: str, symbol: str) -> float:
     """
     registry = _registry()
     example = f"write it with a unit of that kind, like '1 {symbol}'"
+    parts = _QUANTITY.fullmatch(text)  # pint itself reads "1,25 L" as 125 L and "1 000 L" as 0 L
+    if parts is None:
+        raise UnitError(f"{text!r} is no quantity in {symbol!r}; {example}")
     try:
-        target = registry.parse_units(_with_powers(symbol))
-        magnitude = float(registry.Quantity(_with_powers(text)).to(target).magnitude)
+        own, target = (registry.parse_units(_with_powers(s)) for s in (parts[3] or "", symbol))
+        number = Decimal(parts[1]) / Decimal(parts[2] or 1)
+        magnitude = float(registry.Quantity(number, own).to(target).magnitude)
     except pint.DimensionalityError as error:
         raise UnitError(f"{text!r} cannot be converted to {symbol!r}; {example}") from error
     except Exception as error:
         raise UnitError(f"{text!r} is no quantity in {symbol!r}; {example}") from error
+    if not math.isfinite(magnitude):
+        raise UnitError(f"{text!r} is too large; {example}")
     return magnitude
 
 
@@ -109,7 +129,7 @@ def _with_powers(text: str) -> str:
 
     def token(match: re.Match[str]) -> str:
         power = _POWER.fullmatch(match[0])
-        if power is None or match[0] in _registry():
+        if power is None or (power[2][0] != "-" and match[0] in _registry()):
             return match[0]
         return f"{power[1]}**{power[2]}"
 

@@ -23,8 +23,9 @@ def overview(dataset: xr.Dataset) -> Figure:
     if "target_volume" in dataset:
         curve.plot(time, dataset["target_volume"], "--", linewidth=1, label="target")
     curve.axhline(float(dataset["volume"][0]), color="0.7", linewidth=0.8, label="rest")
-    curve.set(xlabel="time (s)", ylabel="volume (L)", xlim=(0, float(time[-1])))
-    curve.legend(loc="upper right")
+    curve.set(xlabel="time (s)", ylabel="volume (L)")
+    curve.margins(x=0)
+    curve.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3, frameon=False)
     drive = "respiratory_pressure" if "respiratory_pressure" in dataset else "alveolar_pressure"
     loop.plot(dataset[drive], dataset["volume"])
     loop.set(xlabel=f"{drive.replace('_', ' ')} (cmH2O)", ylabel="volume (L)")

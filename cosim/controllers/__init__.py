@@ -48,10 +48,10 @@ def controller_fmu(name: str) -> Path:
         return cached
     try:
         cached.parent.mkdir(parents=True, exist_ok=True)
-        folder = Path(tempfile.mkdtemp(dir=cached.parent))
+        folder = tempfile.TemporaryDirectory(dir=cached.parent)
     except OSError:  # a home that cannot be written: build for this process alone
         return build(source, Path(tempfile.mkdtemp(prefix="softbody-cosim-")) / file)
-    built = build(source, folder / file)
-    built.replace(cached)  # at once, so that two processes cannot see half a file
-    folder.rmdir()
+    with folder as name:
+        # Moved at once, so that another process never sees half a file.
+        build(source, Path(name) / file).replace(cached)
     return cached

@@ -23,11 +23,11 @@ from xml.etree import ElementTree as ET
 import pythonfmu
 from pythonfmu import FmuBuilder
 
+from cosim import units as unit_module
 from cosim.errors import ControllerError
-from cosim.units import Unit, unit
+from cosim.units import SI_BASE, Unit, UnitError, unit
 
 _EPOCH: Final = (1980, 1, 1, 0, 0, 0)
-_SI_NAMES: Final = {"[mass]": "kg", "[length]": "m", "[time]": "s", "[temperature]": "K"}
 
 
 def build(source: Path, destination: Path) -> Path:
@@ -79,7 +79,8 @@ def build(source: Path, destination: Path) -> Path:
 def content_hash(source: Path) -> str:
     """Hash of everything that decides what `build` writes."""
     digest = hashlib.sha256()
-    for part in (source.read_bytes(), Path(__file__).read_bytes(), pythonfmu.__version__.encode()):
+    makers = (source, Path(__file__), Path(unit_module.__file__))
+    for part in (*(path.read_bytes() for path in makers), pythonfmu.__version__.encode()):
         digest.update(hashlib.sha256(part).digest())
     return digest.hexdigest()
 
@@ -145,7 +146,10 @@ def _complete(root: ET.Element, slave: type, content: str) -> None:
                 variables[name][0].set(attribute, repr(bound))
     if units:
         definitions = ET.Element("UnitDefinitions")
-        definitions.extend(_unit_element(unit(symbol)) for symbol in sorted(set(units.values())))
+        try:
+            definitions.extend([_unit_element(unit(s)) for s in sorted(set(units.values()))])
+        except UnitError as error:
+            raise ControllerError(f"{slave.__name__}: {error}") from error
         root.insert(list(root).index(type_node) + 1, definitions)
     _complete_structure(root, variables)
 
@@ -177,7 +181,8 @@ def _complete_structure(root: ET.Element, variables: Mapping[str, ET.Element]) -
 
 def _unit_element(definition: Unit) -> ET.Element:
     element = ET.Element("Unit", {"name": definition.symbol})
-    base = {_SI_NAMES[name]: str(power) for name, power in sorted(definition.dimension)}
+    powers = dict(definition.dimension)
+    base = {si: str(powers[name]) for si, name in SI_BASE.items() if name in powers}
     if definition.factor != 1.0:
         base["factor"] = repr(definition.factor)
     if definition.offset != 0.0:

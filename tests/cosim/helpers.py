@@ -1,0 +1,163 @@
+"""Small real participants, and ways to make and spoil FMUs."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+import zipfile
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+from cosim import Causality, Port, unit
+
+
+def port(name: str, symbol: str | None, causality: Causality, *, optional: bool = False) -> Port:
+    return Port(name, None if symbol is None else unit(symbol), causality, optional=optional)
+
+
+class Relaxation:
+    """x' = rate x + gain u, solved exactly over a step with u held."""
+
+    def __init__(self, name: str, rate: float, gain: float, x: float, symbol: str = "1") -> None:
+        self.name = name
+        self.ports: Mapping[str, Port] = {
+            "u": port("u", symbol, Causality.INPUT),
+            "x": port("x", symbol, Causality.OUTPUT),
+        }
+        self.rate, self.gain, self.x = rate, gain, x
+        self.u = math.nan
+        self.calls: list[tuple[str, float]] = []
+
+    def initialize(self, time: float) -> None:
+        self.calls.append(("initialize", time))
+
+    def begin(self) -> None:
+        self.calls.append(("begin", self.u))
+
+    def write(self, values: Mapping[str, float]) -> None:
+        self.u = values["u"]
+        self.calls.append(("write", self.u))
+
+    def step(self, time: float, step: float) -> None:
+        decay = math.exp(self.rate * step)
+        self.x = decay * self.x + (decay - 1) / self.rate * self.gain * self.u
+        self.calls.append(("step", time))
+
+    def read(self) -> Mapping[str, float]:
+        return {"x": self.x}
+
+    def close(self) -> None:
+        """Nothing to give back."""
+
+
+class Source:
+    """Gives one value, whatever the time."""
+
+    def __init__(self, value: float, symbol: str | None = "1", name: str = "source") -> None:
+        self.name = name
+        self.ports: Mapping[str, Port] = {"y": port("y", symbol, Causality.OUTPUT)}
+        self.value = value
+
+    def initialize(self, time: float) -> None:
+        """Nothing to do."""
+
+    def begin(self) -> None:
+        """Nothing to do."""
+
+    def write(self, values: Mapping[str, float]) -> None:
+        """Nothing to set."""
+
+    def step(self, time: float, step: float) -> None:
+        """Nothing changes."""
+
+    def read(self) -> Mapping[str, float]:
+        return {"y": self.value}
+
+    def close(self) -> None:
+        """Nothing to give back."""
+
+
+class Sink(Source):
+    """Takes one value and keeps it."""
+
+    def __init__(
+        self, symbol: str | None = "1", name: str = "sink", *, optional: bool = False
+    ) -> None:
+        super().__init__(math.nan, symbol, name)
+        self.ports = {"u": port("u", symbol, Causality.INPUT, optional=optional)}
+
+    def write(self, values: Mapping[str, float]) -> None:
+        self.value = values.get("u", math.nan)
+
+    def read(self) -> Mapping[str, float]:
+        return {}
+
+
+class Lung:
+    """One compartment: V relaxes to C p with the time constant R C, solved exactly."""
+
+    def __init__(self, resistance: float, compliance: float) -> None:
+        self.name = "lung"
+        self.ports: Mapping[str, Port] = {
+            "p": port("p", "cmH2O", Causality.INPUT),
+            "volume": port("volume", "L", Causality.OUTPUT),
+        }
+        self.resistance, self.compliance = resistance, compliance
+        self.p = self.volume = 0.0
+
+    def initialize(self, time: float) -> None:
+        """Nothing to do."""
+
+    def begin(self) -> None:
+        """Nothing to do."""
+
+    def write(self, values: Mapping[str, float]) -> None:
+        self.p = values["p"]
+
+    def step(self, time: float, step: float) -> None:
+        rest = self.compliance * self.p
+        decay = math.exp(-step / (self.resistance * self.compliance))
+        self.volume = rest + (self.volume - rest) * decay
+
+    def read(self) -> Mapping[str, float]:
+        return {"volume": self.volume}
+
+    def close(self) -> None:
+        """Nothing to give back."""
+
+
+def rewritten(fmu: Path, copy: Path, edit: Callable[[ET.Element], object]) -> Path:
+    """Copy of an FMU with another model description."""
+    with zipfile.ZipFile(fmu) as old, zipfile.ZipFile(copy, "w") as new:
+        for name in old.namelist():
+            data = old.read(name)
+            if name == "modelDescription.xml":
+                root = ET.fromstring(data)
+                edit(root)
+                data = ET.tostring(root)
+            new.writestr(name, data)
+    return copy
+
+
+def description(fmu: Path) -> ET.Element:
+    with zipfile.ZipFile(fmu) as archive:
+        return ET.fromstring(archive.read("modelDescription.xml"))
+
+
+def variable(root: ET.Element, name: str) -> ET.Element:
+    found = root.find(f"ModelVariables/*[@name='{name}']")
+    assert found is not None
+    return found
+
+
+def run_python(code: str, *arguments: object) -> subprocess.CompletedProcess[str]:
+    """Run code in a Python of its own, because it may crash or spoil the process."""
+    return subprocess.run(
+        [sys.executable, "-c", code, *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )

@@ -1,0 +1,120 @@
+from __future__ import annotations
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cosim import UnitError, quantity, unit
+
+# SI factors by definition: 1 cmH2O is 98.0665 Pa exactly.
+FACTORS = {
+    "cmH2O": 98.0665,
+    "mmHg": pytest.approx(133.322387415, rel=1e-9),  # the conventional millimetre of mercury
+    "cmH2O.s/L": 98066.5,
+    "L": 1e-3,
+    "L/s": 1e-3,
+    "mL": 1e-6,
+    "m3/s": 1.0,
+    "m^3": 1.0,
+    "m**3": 1.0,
+    "s-1": 1.0,
+    "L.s-1": 1e-3,
+    "1/min": 1 / 60,
+    "cmH2O-1": pytest.approx(1 / 98.0665, rel=1e-15),  # one rounding
+    "N.s/m": 1.0,
+    "1": 1.0,
+    "%": 0.01,
+}
+PRESSURES = ["Pa", "kPa", "cmH2O", "mmHg", "bar"]
+TEMPERATURES = ["K", "degC", "degF"]
+
+
+@pytest.mark.parametrize("symbol", FACTORS)
+def test_factor_to_si_is_the_defined_one(symbol: str) -> None:
+    assert unit(symbol).factor == FACTORS[symbol]
+    assert unit(symbol).offset == 0.0
+
+
+def test_temperature_scale_has_an_offset() -> None:
+    assert (unit("degC").factor, unit("degC").offset) == (1.0, 273.15)
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [("m3/s", "m3.s-1"), ("m^3", "m3"), ("N.s/m", "kg/s"), ("cmH2O.s/L", "Pa.s/m3"), ("J", "N.m")],
+)
+def test_spellings_of_one_dimension_agree(one: str, other: str) -> None:
+    assert unit(one).dimension == unit(other).dimension
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.sampled_from([PRESSURES, TEMPERATURES]).flatmap(
+        lambda names: st.tuples(st.sampled_from(names), st.sampled_from(names))
+    ),
+    st.floats(-1e6, 1e6),
+)
+def test_there_and_back_is_the_same_value(pair: tuple[str, str], value: float) -> None:
+    one, other = map(unit, pair)
+    factor, offset = one.conversion_to(other)
+    back, back_offset = other.conversion_to(one)
+    # A few roundings, of the value and of offsets of up to 460 degrees.
+    assert back * (factor * value + offset) + back_offset == pytest.approx(
+        value, rel=1e-14, abs=1e-12
+    )
+
+
+def test_same_unit_converts_to_the_bit() -> None:
+    assert unit("cmH2O").conversion_to(unit("cmH2O")) == (1.0, 0.0)
+
+
+@pytest.mark.parametrize("symbol", ["xyz", "H2O", "cmH20", "5", "2 L", "(", "m-", "kg+m", "dB/"])
+def test_unknown_unit_is_refused_by_name(symbol: str) -> None:
+    with pytest.raises(UnitError) as caught:
+        unit(symbol)
+    assert repr(symbol) in str(caught.value)
+
+
+@pytest.mark.parametrize(("one", "other"), [("L", "cmH2O"), ("m3", "m3/s"), ("s", "s-1")])
+def test_units_of_different_things_do_not_convert(one: str, other: str) -> None:
+    with pytest.raises(UnitError, match="cannot be converted"):
+        unit(one).conversion_to(unit(other))
+
+
+@pytest.mark.parametrize(
+    ("text", "symbol", "value"),
+    [
+        ("1.25 L", "m^3", 1.25e-3),
+        ("0.1 L", "m3", 1e-4),
+        ("1e-3 L", "m3", 1e-6),
+        ("1.e3 L", "m3", 1.0),
+        ("  -3cmH2O ", "Pa", -294.1995),
+        ("10 cmH2O.s/L", "Pa.s/m3", 980665.0),
+        ("12 1/min", "s-1", 0.2),
+        ("30 %", "1", 0.3),
+        ("1.5", "1", 1.5),
+        ("20 degC", "K", 293.15),
+    ],
+)
+def test_quantity_is_the_nearest_number(text: str, symbol: str, value: float) -> None:
+    assert quantity(text, symbol) == value  # decimal on the way, so one rounding at the end
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.floats(allow_nan=False, allow_infinity=False))
+def test_quantity_in_its_own_unit_is_the_number_written(value: float) -> None:
+    assert quantity(f"{value!r} L", "L") == value
+
+
+# Each of these would be a wrong number, or none, if it were accepted.
+@pytest.mark.parametrize(
+    "text",
+    [
+        *("", " ", "L", "1", "nan L", "inf L", "1e999 L", "1,25 L", "1 000 L", "1+1 L", "1 2 L"),
+        *("1 s", "one L", "1 xyz", "__import__('os')", "1.2.3 L", "1 L L"),
+    ],
+)
+def test_what_is_no_volume_is_refused_as_one(text: str) -> None:
+    with pytest.raises(UnitError) as caught:
+        quantity(text, "L")
+    assert repr(text) in str(caught.value)

@@ -1,0 +1,1 @@
+"""Controllers that misbehave, as pythonfmu scripts."""

@@ -1,0 +1,102 @@
+"""Every scenario that ships runs, and shows one physical number of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import scenarios
+from scenarios import breaths
+from scenarios.assemble import build_body
+
+COARSE = {"mesh.lung": "lung-right-770", "forces.beta": 0}
+
+
+@cache
+def _short(name: str) -> xr.Dataset:
+    changes = {"mesh.icosphere": 2} if name == "sphere-lung" else COARSE
+    return scenarios.run(scenarios.load(name, {**changes, "run.cycles": 1}))
+
+
+def _paper_breathes(dataset: xr.Dataset, vital_capacity: float) -> None:
+    """Table 2: up to the sigmoid and back, and more than rest stays inside."""
+    rest = float(dataset["volume"][0])
+    upper = rest + vital_capacity * (1 - 1 / (1 + np.exp(20 / 5)))  # a + b, a from f(0) = rest
+    residual = breaths(dataset)["residual_volume"] / vital_capacity
+    assert ((residual > 0) & (residual < 0.6)).all()
+    peak = breaths(dataset)["end_inspiratory_volume"]
+    assert ((peak > rest + 0.75 * vital_capacity) & (peak < upper)).all()
+
+
+def _lung(dataset: xr.Dataset) -> None:
+    _paper_breathes(dataset, vital_capacity=1.75)
+
+
+def _sphere_lung(dataset: xr.Dataset) -> None:
+    _paper_breathes(dataset, vital_capacity=3.5)
+    # α = 1 with R_aw = 10 cmH2O.s/L leaves 1 to 15 % of b behind.
+    residual = breaths(dataset)["residual_volume"] / 3.5
+    assert ((residual > 0.01) & (residual < 0.15)).all()
+
+
+def _pressure_control(dataset: xr.Dataset) -> None:
+    inhaling = dataset["phase"][1:] == 1
+    # N = 0, so the wall feels the ventilator alone: PEEP, and the driving pressure above it.
+    expected = xr.where(inhaling, 20.0, 5.0)
+    np.testing.assert_allclose(dataset["pressure"][1:], expected, rtol=1e-14)
+    assert int(inhaling.sum()) % 45 == 0  # 1.5 s of 1/30 s in each breath
+    # PEEP keeps the lung open: well above rest, and the breath goes in and out of that.
+    assert (breaths(dataset)["residual_volume"] > 0.1).all()
+    assert (breaths(dataset)["tidal_volume"] > 0.1).all()
+
+
+CLAIMS: dict[str, Callable[[xr.Dataset], None]] = {
+    "lung": _lung,
+    "lung-a": _lung,
+    "lung-b": _lung,
+    "lung-c": _lung,
+    "lung-pressure-control": _pressure_control,
+    "sphere-lung": _sphere_lung,
+}
+
+
+def test_every_scenario_has_a_claim() -> None:
+    assert set(CLAIMS) == set(scenarios.names())
+
+
+@pytest.mark.parametrize("name", scenarios.names())
+def test_a_short_run_holds_its_claim(name: str) -> None:
+    CLAIMS[name](_short(name))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", scenarios.names())
+def test_the_run_as_it_ships_holds_its_claim(name: str) -> None:
+    dataset = scenarios.run(scenarios.load(name))
+    assert breaths(dataset).sizes["breath"] == 5
+    CLAIMS[name](dataset)
+
+
+def test_a_stiffer_lung_keeps_less() -> None:
+    soft, middling, stiff = (
+        float(breaths(_short(name))["residual_volume"][0])
+        for name in ("lung-a", "lung-b", "lung-c")
+    )
+    assert soft > middling > stiff
+
+
+def test_the_lung_hangs_from_its_top() -> None:
+    body = build_body(scenarios.load("lung"))
+    held = body.model.inverse_masses == 0
+    heights = body.positions[:, 2]
+    assert 0.01 < held.mean() < 0.02  # 1.5 % of the points, rounded
+    assert heights[held].min() >= heights[~held].max()
+
+
+@pytest.mark.parametrize("name", scenarios.names())
+def test_a_scenario_names_what_it_is(name: str) -> None:
+    assert scenarios.load(name).title != name
