@@ -122,8 +122,8 @@ class FmuParticipant:
     def close(self) -> None:
         """End the FMU and remove its folder. May be called twice.
 
-        After a fatal error an FMU is only unloaded: FMI allows no more calls into it, and a Python
-        FMU, which has let go of its objects by then, would let go of them again and corrupt memory.
+        After a fatal error an FMU stays loaded and is not called again: FMI forbids it, and a
+        Python FMU, which has let go of its objects by then, would let go of them once more.
         """
         fmu, self._fmu = self._fmu, None
         try:
@@ -132,8 +132,8 @@ class FmuParticipant:
         except FmuError as error:  # an FMU that failed refuses to terminate; that is no news
             self.messages.append(str(error))
         finally:
-            if fmu is not None and fmu.component:
-                (fmu.freeLibrary if self._dead else fmu.freeInstance)()
+            if fmu is not None and fmu.component and not self._dead:
+                fmu.freeInstance()
             self._folder.close()
 
     def _load(self) -> None:
@@ -174,7 +174,9 @@ class FmuParticipant:
             self._dead = self._dead or getattr(error, "status", None) == _FATAL
             logged = "\n".join(f"  {message}" for message in self.messages)
             said = f"; it logged:\n{logged}" if logged else "; it logged nothing"
-            raise FmuError(f"FMU {self.path} could not {what}: {error}{said}") from error
+            raise FmuError(
+                f"FMU {self.path} could not {what}: {str(error).rstrip('.')}{said}"
+            ) from error
 
     def _set(self, variable: ModelVariable, value: Value) -> None:
         setter = getattr(self._fmu, f"set{accessor(variable)}")

@@ -17,8 +17,8 @@ from scenarios.catalogue import load, names
 from scenarios.errors import OutputError, RunError, ScenarioError
 from scenarios.output import check_writable, save
 from scenarios.plots import save_overview
-from scenarios.report import progress_bar, show_breaths
-from scenarios.runner import run
+from scenarios.report import progress_bar, show_breaths, show_controller
+from scenarios.runner import run, with_controller
 from softbody_core import SoftBodyError
 
 BAD_INPUT, FAILED_RUN, INTERRUPTED = 2, 3, 130
@@ -50,7 +50,7 @@ def run_(
     *,
     controller: str | None = None,
     set_: Annotated[tuple[str, ...], Parameter(name="--set", negative=())] = (),
-    cycles: int | None = None,
+    cycles: str | None = None,
     output: Annotated[Path, Parameter(name=["--output", "-o"])] = Path("out.nc"),
     positions: str | None = None,
     plot: bool = True,
@@ -79,7 +79,7 @@ def run_(
     """
     changes: dict[str, Any] = dict(_assignment(text) for text in set_)
     if cycles is not None:
-        changes["run.cycles"] = cycles
+        changes.update([_assignment(f"run.cycles={cycles}")])
     chosen = load(scenario, changes)
     if output.suffix == ".png":
         raise OutputError(f"output {output} is where the picture goes; name it like out.nc")
@@ -88,12 +88,12 @@ def run_(
     if plot:
         check_writable(picture)
     out = Console(quiet=quiet)
+    if controller is not None:
+        chosen = with_controller(chosen, controller)
     failure: RunError | None = None
     with progress_bar(out) as progress:
         try:
-            dataset = run(
-                chosen, controller, positions_every=_interval(positions), progress=progress
-            )
+            dataset = run(chosen, positions_every=_interval(positions), progress=progress)
         except RunError as error:
             failure, dataset = error, error.dataset
     save(dataset, output)
@@ -102,6 +102,7 @@ def run_(
         save_overview(dataset, picture)
         written.append(picture)
     show_breaths(out, dataset)
+    show_controller(out, chosen.controller)
     out.print(f"wrote {' and '.join(map(str, written))}", highlight=False, soft_wrap=True)
     if failure is not None:
         raise failure

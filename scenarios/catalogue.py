@@ -8,7 +8,8 @@ from typing import Any
 
 from cosim.errors import nearest
 from scenarios.errors import ScenarioError
-from scenarios.schema import Scenario, parse, read_toml, variants_of
+from scenarios.parse import parse, read_toml, variants_of
+from scenarios.schema import Scenario
 
 _FOLDER = Path(__file__).with_name("library")
 MESHES = Path(__file__).with_name("meshes")
@@ -54,7 +55,8 @@ def load(name_or_path: str | Path, changes: Mapping[str, Any] | None = None) -> 
         try:
             text = path.read_text(encoding="utf-8")
         except (OSError, UnicodeDecodeError) as error:
-            raise ScenarioError(f"scenario {path} cannot be read: {error}") from error
+            reason = getattr(error, "strerror", None) or "it is no UTF-8 text"
+            raise ScenarioError(f"scenario {path} cannot be read: {reason}") from error
         return parse(path.stem, text, path.resolve().parent, changes)
     name, catalogue = str(name_or_path), _catalogue()
     if name not in catalogue:

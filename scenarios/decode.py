@@ -84,7 +84,8 @@ def _value(value: Any, hint: Any, expected: Quantity | None, path: str) -> Any:
         try:
             decoded = msgspec.convert(value, hint)
         except msgspec.ValidationError as error:
-            raise ScenarioError(f"{path} = {value!r}: {error}") from error
+            said = str(error).replace(" | null", "")
+            raise ScenarioError(f"{path} = {value!r}: {said}") from error
     if expected is not None:
         try:
             expected.check(path, decoded)

@@ -12,6 +12,7 @@ from rich.table import Table
 
 from scenarios.analysis import breaths
 from scenarios.runner import Progress as RunProgress
+from scenarios.schema import Controller
 
 
 @contextmanager
@@ -38,6 +39,13 @@ def progress_bar(console: Console) -> Iterator[Callable[[RunProgress], None]]:
             )
 
         yield show
+
+
+def show_controller(console: Console, controller: Controller) -> None:
+    """Say which controller runs, and which of its parameters the scenario sets."""
+    settings = ", ".join(f"{name} = {value}" for name, value in controller.parameters.items())
+    said = settings or f"its own defaults (the scenario has no table [controller.{controller.key}])"
+    console.print(f"controller {controller.use}: {said}", highlight=False, markup=False)
 
 
 def show_breaths(console: Console, dataset: xr.Dataset) -> None:

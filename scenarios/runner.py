@@ -11,13 +11,13 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Final
 
-import numpy as np
 import xarray as xr
 
 from cosim import ALGORITHMS, FmuParticipant, Recorder, SoftBodyParticipant, cosimulate
 from scenarios.assemble import build_body, connect, controller_path
-from scenarios.errors import RunError, ScenarioError
+from scenarios.errors import RunError
 from scenarios.schema import Scenario
+from scenarios.snapshots import Snapshots
 from scenarios.variables import variables_of
 from softbody_core import SoftBody, SoftBodyError
 
@@ -143,10 +143,11 @@ def _run(
     dataset = snapshots.add_to(recorder.dataset())
     dataset.attrs = {
         "title": scenario.title,
-        "scenario": scenario.text,
+        "scenario": _portable(scenario).text,
         "scenario_name": scenario.name,
         "versions": json.dumps(_versions()),
         "controller": scenario.controller.use,
+        "controller_parameters": json.dumps(scenario.controller.parameters),
         "controller_sha256": fmu.sha256,
         "integrator": repr(scenario.integrator),
         "steps": body.steps,
@@ -159,50 +160,14 @@ def _run(
     return dataset
 
 
-class Snapshots:
-    """Positions of all points at chosen communication points.
-
-    Parameters
-    ----------
-    body : SoftBody
-        Whose points.
-    scenario : Scenario
-        For the communication step.
-    every : float or None
-        Interval, s; None keeps nothing.
-    """
-
-    def __init__(self, body: SoftBody, scenario: Scenario, every: float | None) -> None:
-        self._body = body
-        self._stride = 0
-        if every is not None:
-            strides = every / scenario.coupling.step
-            self._stride = round(strides) if np.isfinite(strides) else 0
-            if self._stride < 1:
-                raise ScenarioError(
-                    f"positions every {every:g} s: expected at least one communication step, "
-                    f"{scenario.coupling.step:.6g} s"
-                )
-        self._times: list[float] = []
-        self._positions: list[np.ndarray] = []
-
-    def take(self, index: int) -> None:
-        """Keep the positions if it is time to."""
-        if self._stride and index % self._stride == 0:
-            self._times.append(self._body.time)
-            self._positions.append(self._body.positions)
-
-    def add_to(self, dataset: xr.Dataset) -> xr.Dataset:
-        """Add what was kept to a dataset."""
-        if not self._stride:
-            return dataset
-        said = {"units": "m", "long_name": "point position"}
-        time = {"units": "s", "long_name": "time of the snapshot"}
-        corners = {"units": "1", "long_name": "point indices of the triangles, outward"}
-        return dataset.assign(
-            position=(("snapshot", "point", "axis"), np.stack(self._positions), said),
-            triangles=(("triangle", "corner"), self._body.model.mesh.triangles, corners),
-        ).assign_coords(snapshot_time=("snapshot", np.array(self._times), time))
+def _portable(scenario: Scenario) -> Scenario:
+    """Return the scenario with paths that hold wherever its text is saved."""
+    changes = {}
+    if scenario.mesh.file is not None:
+        changes["mesh.file"] = str(scenario.folder / scenario.mesh.file)
+    if scenario.controller.use.endswith(".fmu"):
+        changes["controller.use"] = str(scenario.folder / scenario.controller.use)
+    return scenario.changed(changes) if changes else scenario
 
 
 def _versions() -> dict[str, str]:

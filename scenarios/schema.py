@@ -1,29 +1,19 @@
-"""What a scenario is, and how a TOML file becomes one."""
+"""What a scenario is."""
 
 from __future__ import annotations
 
-import math
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
 
-import numpy as np
-import tomli_w
-
-from cosim import ALGORITHMS
-from scenarios.decode import choose, decode, refuse_unknown, table
-from scenarios.errors import ScenarioError
-from softbody_core import CONSTRAINTS, FORCES, INTEGRATORS, VelocityVerlet, Weights
+from softbody_core import Weights
 from softbody_core.constraints import Constraint
 from softbody_core.forces import Force
 from softbody_core.integrators import Integrator
 from softbody_core.parameters import Parameters, Quantity
 
 ControllerValue = float | int | bool | str
-
-_TABLES = ["mesh", "body", "forces", "constraints", "controller", "integrator", "coupling", "run"]
 
 
 @dataclass(frozen=True)
@@ -67,6 +57,11 @@ class Controller:
 
     use: str
     parameters: Mapping[str, ControllerValue] = field(default_factory=dict)
+
+    @property
+    def key(self) -> str:
+        """Name of the table of its parameters: its own name, or that of its file."""
+        return Path(self.use).stem if self.use.endswith(".fmu") else self.use
 
 
 @dataclass(frozen=True)
@@ -119,148 +114,11 @@ class Scenario:
 
     def changed(self, changes: Mapping[str, Any]) -> Scenario:
         """Return this scenario with values replaced, by dotted path."""
+        from scenarios.parse import parse  # which makes scenarios, and so imports this
+
         return parse(self.name, self.text, self.folder, changes)
 
     @property
     def steps(self) -> int:
         """Number of communication steps."""
         return max(1, round(self.run.cycles * self.run.period / self.coupling.step))
-
-
-def parse(
-    name: str,
-    text: str,
-    folder: Path,
-    changes: Mapping[str, Any] | None = None,
-    variant: str | None = None,
-) -> Scenario:
-    """Make a scenario of TOML text.
-
-    Parameters
-    ----------
-    name : str
-        For messages and datasets.
-    text : str
-        TOML.
-    folder : Path
-        Against which relative paths are read.
-    changes : mapping, optional
-        Values to put in place first, by dotted path: ``{"forces.alpha": 0.5}``.
-    variant : str, optional
-        Key in the table ``variants`` whose changes are put in place before those.
-
-    Raises
-    ------
-    ScenarioError
-        With the path of the bad field.
-    """
-    data = read_toml(name, text)
-    variants = variants_of(data)
-    data.pop("variants", None)
-    chosen = {} if variant is None else choose(variant, variants, "variant")
-    for path, value in {**chosen, **(changes or {})}.items():
-        _put(data, path, value)
-    if chosen or changes:
-        text = tomli_w.dumps(data)
-    refuse_unknown(data, ["title", *_TABLES], "")
-    for required in ("mesh", "body", "forces", "controller", "coupling", "run"):
-        if required not in data:
-            raise ScenarioError(f"table [{required}] is missing")
-    tables = {key: table(data.get(key, {}), key) for key in _TABLES}
-    refuse_unknown(tables["constraints"], list(CONSTRAINTS), "constraints")
-    weights, forces = _forces(tables["forces"])
-    scenario = Scenario(
-        name=name,
-        title=str(data.get("title", name)),
-        mesh=_mesh(tables["mesh"]),
-        body=decode(Body, tables["body"], "body"),
-        weights=weights,
-        forces=forces,
-        constraints=tuple(
-            decode(CONSTRAINTS[key], value, f"constraints.{key}")
-            for key, value in tables["constraints"].items()
-        ),
-        controller=_controller(tables["controller"]),
-        integrator=_integrator(tables["integrator"]),
-        coupling=decode(Coupling, tables["coupling"], "coupling"),
-        run=decode(Run, tables["run"], "run"),
-        text=text,
-        folder=folder,
-    )
-    choose(scenario.coupling.algorithm, ALGORITHMS, "coupling.algorithm")
-    wanted = scenario.run.cycles * scenario.run.period
-    if not math.isclose(scenario.steps * scenario.coupling.step, wanted, rel_tol=1e-9):
-        raise ScenarioError(
-            f"coupling.step = {scenario.coupling.step:.6g} s does not divide the run of "
-            f"{wanted:.6g} s; choose a whole part of run.period"
-        )
-    return scenario
-
-
-def read_toml(name: str, text: str) -> dict[str, Any]:
-    """Read TOML text; `name` is for the message."""
-    try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise ScenarioError(f"scenario {name} is no valid TOML: {error}") from error
-
-
-def variants_of(data: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """Tables of changes, by dotted path, that make a family of one scenario."""
-    variants = table(data.get("variants", {}), "variants")
-    return {key: table(value, f"variants.{key}") for key, value in variants.items()}
-
-
-def _mesh(data: dict[str, Any]) -> Mesh:
-    mesh = decode(Mesh, data, "mesh")
-    sources = ("lung", "file", "icosphere", "ball")
-    given = [key for key in sources if getattr(mesh, key) is not None]
-    if len(given) != 1:
-        raise ScenarioError(
-            f"mesh: expected exactly one of {', '.join(sources)}; got {', '.join(given) or 'none'}"
-        )
-    if given[0] in ("icosphere", "ball") and mesh.volume is None:
-        raise ScenarioError('mesh.volume is missing; a sphere needs text like "2.5 L"')
-    return mesh
-
-
-def _forces(data: dict[str, Any]) -> tuple[Weights, tuple[Force, ...]]:
-    greek = ["alpha", "beta", "gamma", "delta"]
-    refuse_unknown(data, [*greek, *FORCES], "forces")
-    weights = decode(Weights, {k: v for k, v in data.items() if k in greek}, "forces")
-    laws = {key: value for key, value in data.items() if key in FORCES}
-    return weights, tuple(
-        decode(FORCES[key], value, f"forces.{key}") for key, value in laws.items()
-    )
-
-
-def _controller(data: dict[str, Any]) -> Controller:
-    """Read ``use``, and of the tables of parameters the one that bears its name."""
-    use = data.get("use")
-    if not isinstance(use, str):
-        raise ScenarioError(
-            f"controller.use = {use!r}: expected a controller's name or an FMU file"
-        )
-    tables = {k: table(value, f"controller.{k}") for k, value in data.items() if k != "use"}
-    parameters = tables.get(Path(use).stem if use.endswith(".fmu") else use, {})
-    for key, value in parameters.items():
-        if not isinstance(value, ControllerValue):
-            raise ScenarioError(f"controller.{use}.{key} = {value!r}: expected a single value")
-    return Controller(use, parameters)
-
-
-def _integrator(data: dict[str, Any]) -> Integrator:
-    if not data:
-        return VelocityVerlet()
-    options = dict(data)
-    method = options.pop("method", None)
-    return decode(choose(method, INTEGRATORS, "integrator.method"), options, "integrator")
-
-
-def _put(data: dict[str, Any], path: str, value: Any) -> None:
-    """Set a value at a dotted path, making tables on the way."""
-    *parents, last = path.split(".")
-    here = data
-    for index, key in enumerate(parents):
-        here = table(here.setdefault(key, {}), ".".join(parents[: index + 1]))
-    here[last] = value.item() if isinstance(value, np.generic) else value  # TOML has no NumPy

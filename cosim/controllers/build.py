@@ -21,6 +21,7 @@ from typing import Any, Final
 from xml.etree import ElementTree as ET
 
 import pythonfmu
+from fmpy.validation import validate_fmu
 from pythonfmu import FmuBuilder
 
 from cosim import units as unit_module
@@ -71,6 +72,12 @@ def build(source: Path, destination: Path) -> Path:
                 ) from error
         finished = Path(name) / "finished.fmu"
         _finish(Path(packed), finished, slave, content_hash(source))
+        problems = validate_fmu(str(finished))
+        if problems:
+            raise ControllerError(
+                f"controller source {source} makes an FMU that breaks the FMI rules: "
+                + "; ".join(problems)
+            )
         destination.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(finished, destination)
     return destination

@@ -134,7 +134,16 @@ BAD_INPUT: dict[str, tuple[tuple[str, ...], list[str]]] = {
     "option": ((*SMALL, "--cycle", "3"), ["--cycle", "--cycles"]),
     "command": (("rnu", "lung"), ['Unknown command "rnu"', "run"]),
     "no scenario": (("run",), ["SCENARIO"]),
-    "words for cycles": (("run", "lung", "--cycles", "many"), ["--cycles", "many", "int"]),
+    "words for cycles": (("run", "lung", "--cycles", "many"), ["run.cycles", "many", "int"]),
+    "half a cycle": (("run", "lung", "--cycles", "1.5"), ["run.cycles = 1.5", "int"]),
+    "positions between steps": (
+        (*SMALL, "--positions", "0.05 s"),
+        ["positions every 0.05 s", "0.0333333 s"],
+    ),
+    "misspelt controller table": (
+        (*SMALL, "--set", "controller.papre.band=1"),
+        ["controller.papre is unknown", "'paper'"],
+    ),
     "no cycles": (("run", "lung", "--cycles", "0"), ["run.cycles = 0", "at least 1"]),
     "negative cycles": (("run", "lung", "--cycles=-1"), ["run.cycles = -1", "at least 1"]),
     "set": ((*SMALL, "--set", "forces.alpha"), ["--set 'forces.alpha'", "path=value"]),

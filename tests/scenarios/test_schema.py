@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import scenarios
 from scenarios import Scenario, ScenarioError
-from scenarios.schema import parse
+from scenarios.parse import parse
 from softbody_core import MassSpring, SurfaceSPH, VelocityVerlet
 
 numbers = st.floats(min_value=1e-3, max_value=1e3)

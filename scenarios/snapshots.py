@@ -1,0 +1,56 @@
+"""Positions of all points at chosen moments of a run."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from scenarios.errors import ScenarioError
+from scenarios.schema import Scenario
+from softbody_core import SoftBody
+
+
+class Snapshots:
+    """Positions of all points at chosen communication points.
+
+    Parameters
+    ----------
+    body : SoftBody
+        Whose points.
+    scenario : Scenario
+        For the communication step.
+    every : float or None
+        Interval, s; None keeps nothing.
+    """
+
+    def __init__(self, body: SoftBody, scenario: Scenario, every: float | None) -> None:
+        self._body = body
+        self._stride = 0
+        if every is not None:
+            strides = every / scenario.coupling.step
+            self._stride = round(strides) if np.isfinite(strides) else 0
+            if self._stride < 1:
+                raise ScenarioError(
+                    f"positions every {every:g} s: expected a multiple of the communication "
+                    f"step, {scenario.coupling.step:.6g} s"
+                )
+        self._times: list[float] = []
+        self._positions: list[np.ndarray] = []
+
+    def take(self, index: int) -> None:
+        """Keep the positions if it is time to."""
+        if self._stride and index % self._stride == 0:
+            self._times.append(self._body.time)
+            self._positions.append(self._body.positions)
+
+    def add_to(self, dataset: xr.Dataset) -> xr.Dataset:
+        """Add what was kept to a dataset."""
+        if not self._stride:
+            return dataset
+        said = {"units": "m", "long_name": "point position"}
+        time = {"units": "s", "long_name": "time of the snapshot"}
+        corners = {"units": "1", "long_name": "point indices of the triangles, outward"}
+        return dataset.assign(
+            position=(("snapshot", "point", "axis"), np.stack(self._positions), said),
+            triangles=(("triangle", "corner"), self._body.model.mesh.triangles, corners),
+        ).assign_coords(snapshot_time=("snapshot", np.array(self._times), time))
