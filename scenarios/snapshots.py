@@ -29,7 +29,7 @@ class Snapshots:
         if every is not None:
             strides = every / scenario.coupling.step
             self._stride = round(strides) if np.isfinite(strides) else 0
-            if self._stride < 1:
+            if self._stride < 1 or abs(strides - self._stride) > 1e-6:
                 raise ScenarioError(
                     f"positions every {every:g} s: expected a multiple of the communication "
                     f"step, {scenario.coupling.step:.6g} s"
