@@ -13,6 +13,7 @@ from typing import ClassVar
 
 from pythonfmu import Boolean, Fmi2Causality, Fmi2Slave, Fmi2Variability, Integer, Real, String
 from pythonfmu.default_experiment import DefaultExperiment
+from pythonfmu.variables import ScalarVariable
 
 INHALING, EXHALING = 1, 0
 
@@ -62,72 +63,65 @@ class PaperController(Fmi2Slave):
         self.law = "limit"
         self.literal_swing = False
         self.follow_bounding_box = False
-        self._inputs()
-        self._outputs()
-        self._parameters()
-
-    def _inputs(self) -> None:
-        said = {
-            "volume": "enclosed volume of the lung",
-            "bounding_box_volume": "volume of the lung's bounding box",
-        }
-        for name, text in said.items():
-            self.register_variable(Real(name, causality=Fmi2Causality.input, description=text))
-
-    def _outputs(self) -> None:
-        said = {
-            "delta_p": "pressure difference across the wall: +ΔP inhaling, −ΔP exhaling",
-            "n": "number proportional to the molecules inside",
-            "respiratory_pressure": "P of the sigmoid",
-            "target_volume": "f(P), the volume that the controller aims at",
-        }
-        for name, text in said.items():
-            self.register_variable(Real(name, causality=Fmi2Causality.output, description=text))
-        discrete = {"variability": Fmi2Variability.discrete}
-        self.register_variable(
-            Integer(
-                "phase",
-                causality=Fmi2Causality.output,
-                description="1 inhaling, 0 exhaling",
-                **discrete,
-            )
+        self._register(
+            Real,
+            {
+                "volume": "enclosed volume of the lung",
+                "bounding_box_volume": "volume of the lung's bounding box",
+            },
+            causality=Fmi2Causality.input,
         )
-        self.register_variable(
-            Integer(
-                "next_frame", causality=Fmi2Causality.local, description="frames done", **discrete
-            )
+        self._register(
+            Real,
+            {
+                "delta_p": "pressure difference across the wall: +ΔP inhaling, −ΔP exhaling",
+                "n": "number proportional to the molecules inside",
+                "respiratory_pressure": "P of the sigmoid",
+                "target_volume": "f(P), the volume that the controller aims at",
+            },
+            causality=Fmi2Causality.output,
         )
-
-    def _parameters(self) -> None:
-        said = {
-            "rest_volume": "volume at P = 0 on inflation, from which a follows",
-            "vital_capacity": "b of the sigmoid",
-            "c_inflation": "c of the sigmoid while inhaling",
-            "c_deflation": "c of the sigmoid while exhaling",
-            "d": "d of the sigmoid",
-            "n_inflation": "largest N while inhaling",
-            "n_deflation": "smallest N, and N while exhaling",
-            "pressure_range": "swing of P in one phase",
-            "band": "shortfall of volume at which N is largest",
-            "period": "length of one breath",
-        }
+        discrete = Fmi2Variability.discrete
+        output, local = Fmi2Causality.output, Fmi2Causality.local
+        self._register(
+            Integer, {"phase": "1 inhaling, 0 exhaling"}, causality=output, variability=discrete
+        )
+        self._register(
+            Integer, {"next_frame": "frames done"}, causality=local, variability=discrete
+        )
         fixed = {"causality": Fmi2Causality.parameter, "variability": Fmi2Variability.fixed}
-        for name, text in said.items():
-            self.register_variable(Real(name, description=text, **fixed))
-        self.register_variable(Integer("frames", description="frames in one breath", **fixed))
-        self.register_variable(
-            String("law", description="limit, thermostat (limit in both phases) or open", **fixed)
+        self._register(
+            Real,
+            {
+                "rest_volume": "volume at P = 0 on inflation, from which a follows",
+                "vital_capacity": "b of the sigmoid",
+                "c_inflation": "c of the sigmoid while inhaling",
+                "c_deflation": "c of the sigmoid while exhaling",
+                "d": "d of the sigmoid",
+                "n_inflation": "largest N while inhaling",
+                "n_deflation": "smallest N, and N while exhaling",
+                "pressure_range": "swing of P in one phase",
+                "band": "shortfall of volume at which N is largest",
+                "period": "length of one breath",
+            },
+            **fixed,
         )
-        self.register_variable(
-            Boolean(
-                "literal_swing", description="ΔP = range/frames as printed: half the swing", **fixed
-            )
+        self._register(Integer, {"frames": "frames in one breath"}, **fixed)
+        self._register(String, {"law": "limit, thermostat (limit in both phases) or open"}, **fixed)
+        self._register(
+            Boolean,
+            {
+                "literal_swing": "ΔP = range/frames as printed: half the swing",
+                "follow_bounding_box": "compare f(P) with the box's volume",
+            },
+            **fixed,
         )
-        self.register_variable(
-            Boolean(
-                "follow_bounding_box", description="compare f(P) with the box's volume", **fixed
-            )
-        )
+
+    def _register(
+        self, kind: type[ScalarVariable], said: dict[str, str], **attributes: object
+    ) -> None:
+        for name, description in said.items():
+            self.register_variable(kind(name, description=description, **attributes))
 
     def exit_initialization_mode(self) -> None:
         if self.law not in ("limit", "thermostat", "open"):
