@@ -125,7 +125,7 @@ def _conversion(connection: Connection, output: Port, entry: Port) -> tuple[floa
         silent = connection.source if output.unit is None else connection.target
         raise WiringError(
             f"connection {connection}: {silent} declares no unit, so it cannot be converted; "
-            "declare one"
+            "declare one (in a pythonfmu class: units = {'delta_p': 'cmH2O'})"
         )
     try:
         return output.unit.conversion_to(entry.unit)

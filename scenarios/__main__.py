@@ -14,7 +14,7 @@ from rich.console import Console
 from cosim import UnitError, quantity
 from cosim.controllers import CONTROLLERS, build, controller_source
 from scenarios.catalogue import load, names
-from scenarios.errors import OutputError, RunError, ScenarioError
+from scenarios.errors import RunError, ScenarioError
 from scenarios.output import check_writable, save
 from scenarios.plots import save_overview
 from scenarios.report import progress_bar, show_breaths, show_controller
@@ -81,12 +81,12 @@ def run_(
     if cycles is not None:
         changes.update([_assignment(f"run.cycles={cycles}")])
     chosen = load(scenario, changes)
-    if output.suffix == ".png":
-        raise OutputError(f"output {output} is where the picture goes; name it like out.nc")
-    check_writable(output)
+    if set_ and "title" not in changes:  # or a picture of another lung would bear this one's title
+        chosen = chosen.changed({"title": f"{chosen.title}; {', '.join(set_)}"})
+    check_writable(output, ".nc")
     picture = output.with_suffix(".png")
     if plot:
-        check_writable(picture)
+        check_writable(picture, ".png")
     out = Console(quiet=quiet)
     if controller is not None:
         chosen = with_controller(chosen, controller)
@@ -130,7 +130,7 @@ def build_controller(
     output
         The FMU to write.
     """
-    check_writable(output)
+    check_writable(output, ".fmu")
     path = Path(source) if source.endswith(".py") else controller_source(source)
     Console().print(f"wrote {build(path, output)}", highlight=False, soft_wrap=True)
 

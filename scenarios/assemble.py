@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Final
 
-from cosim import Causality, Connection, FmuParticipant, Port, WiringError
+from cosim import Causality, Connection, FmuParticipant, Port, WiringError, quantity
 from cosim.controllers import CONTROLLERS, controller_fmu
 from cosim.errors import nearest
 from scenarios.catalogue import MESHES
@@ -13,6 +14,9 @@ from scenarios.decode import choose
 from scenarios.errors import ScenarioError
 from scenarios.schema import Controller, Mesh, Scenario
 from softbody_core import SoftBody, SoftBodyError, SoftBodyModel, SurfaceMesh, ball, icosphere
+
+_SURPRISING_VOLUME: Final = 1.0
+"""More than any animal's lungs, m³: a file in millimetres is read as metres too often."""
 
 
 def build_body(scenario: Scenario) -> SoftBody:
@@ -50,9 +54,21 @@ def _surface(mesh: Mesh, folder: Path) -> SurfaceMesh:
     if mesh.ball is not None:
         return ball(mesh.ball)
     if mesh.file is not None:
-        return SurfaceMesh.from_file(folder / mesh.file, weld=mesh.weld)
+        return _from_file(mesh, folder / mesh.file)
     shipped = {path.stem: path for path in MESHES.glob("*.ply")}
     return SurfaceMesh.from_file(choose(mesh.lung, shipped, "mesh.lung"))
+
+
+def _from_file(mesh: Mesh, path: Path) -> SurfaceMesh:
+    surface = SurfaceMesh.from_file(path, weld=mesh.weld)
+    if mesh.unit is not None:
+        return surface.scaled(quantity(f"1 {mesh.unit}", "m"))
+    if mesh.volume is None and surface.volume > _SURPRISING_VOLUME:
+        raise ScenarioError(
+            f"mesh.file {path} encloses {surface.volume:.3g} m³ if its coordinates are metres; say "
+            'mesh.unit = "mm" or what they are ("m" if they are), or give mesh.volume'
+        )
+    return surface
 
 
 def controller_path(controller: Controller, folder: Path) -> Path:

@@ -84,7 +84,7 @@ def _value(value: Any, hint: Any, expected: Quantity | None, path: str) -> Any:
         try:
             decoded = msgspec.convert(value, hint)
         except msgspec.ValidationError as error:
-            said = str(error).replace(" | null", "")
+            said = _in_words(str(error))
             raise ScenarioError(f"{path} = {value!r}: {said}") from error
     if expected is not None:
         try:
@@ -92,6 +92,20 @@ def _value(value: Any, hint: Any, expected: Quantity | None, path: str) -> Any:
         except ParameterError as error:
             raise ScenarioError(str(error)) from error
     return decoded
+
+
+def _in_words(message: str) -> str:
+    """What msgspec says, without the names of Python's types."""
+    for jargon, words in (
+        (" | null", ""),
+        ("`float`", "a number"),
+        ("`int`", "a whole number"),
+        ("`bool`", "true or false"),
+        ("`str`", "text"),
+        ("Expected", "expected"),
+    ):
+        message = message.replace(jargon, words)
+    return message.partition(", got ")[0]  # the value itself is shown
 
 
 def _physical(value: Any, unit: str, path: str) -> float:

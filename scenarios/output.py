@@ -13,12 +13,17 @@ from scenarios.errors import OutputError
 _COMPRESSED = {"zlib": True, "complevel": 4}
 
 
-def check_writable(path: Path) -> None:
-    """Raise `OutputError` unless a file can be written at `path`."""
+def check_writable(path: Path, suffix: str) -> None:
+    """Raise `OutputError` unless a file can be written at `path`, whose name ends in `suffix`.
+
+    The suffix keeps a slip of the keyboard from overwriting a scenario, a surface or an FMU.
+    """
     if path.is_dir():
         raise OutputError(
             f"output {path} is a folder; name a file in it, such as {path / 'out.nc'}"
         )
+    if path.suffix != suffix:
+        raise OutputError(f"output {path}: expected a name that ends in {suffix}")
     if not path.parent.is_dir():
         raise OutputError(f"output {path}: folder {path.parent} does not exist; make it first")
     if path.exists() and not os.access(path, os.W_OK):

@@ -32,6 +32,8 @@ _TABLES: Final = [
     "run",
 ]
 
+_MOST_STEPS: Final = 10_000_000
+
 
 def parse(
     name: str,
@@ -94,6 +96,11 @@ def parse(
         folder=folder,
     )
     choose(scenario.coupling.algorithm, ALGORITHMS, "coupling.algorithm")
+    if scenario.steps > _MOST_STEPS:
+        raise ScenarioError(
+            f"coupling.step = {scenario.coupling.step:.3g} s makes {scenario.steps:.3g} steps; "
+            f"expected at most {_MOST_STEPS:.0e}: take a longer step or fewer cycles"
+        )
     wanted = scenario.run.cycles * scenario.run.period
     if not math.isclose(scenario.steps * scenario.coupling.step, wanted, rel_tol=1e-9):
         raise ScenarioError(

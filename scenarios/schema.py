@@ -25,11 +25,13 @@ class Mesh(Parameters):
     lung : str, optional
         A surface that ships, by name.
     file : str, optional
-        A surface file, relative to the scenario's folder, in metres.
+        A surface file, relative to the scenario's folder.
     icosphere : int, optional
         Subdivisions of an icosphere: 2, 3, 4 give 162, 642, 2562 points.
     ball : int, optional
         Number of points of a ball of Fibonacci points.
+    unit : str, optional
+        Unit of a file's coordinates, such as "mm"; metres by default.
     volume : float, optional
         Enclosed volume to scale the surface to, m³; a sphere needs it.
     weld : bool
@@ -38,6 +40,7 @@ class Mesh(Parameters):
 
     lung: str | None = None
     file: str | None = None
+    unit: str | None = None
     icosphere: int | None = None
     ball: int | None = None
     volume: Annotated[float | None, Quantity("m^3", above=0)] = None

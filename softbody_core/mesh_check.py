@@ -11,6 +11,9 @@ from scipy.sparse.csgraph import connected_components
 
 from softbody_core.errors import MeshError
 
+SMALLEST_SIZE, LARGEST_SIZE = 1e-9, 1e9
+"""Sizes within which volumes, areas and kernels keep clear of under- and overflow, m."""
+
 
 def check_surface(points: NDArray[np.float64], triangles: NDArray[np.generic]) -> None:
     """Raise `MeshError` unless the arrays are a closed, manifold, outward-wound surface.
@@ -27,6 +30,7 @@ def check_surface(points: NDArray[np.float64], triangles: NDArray[np.generic]) -
     _check_triangles(points, corners)
     _check_edges(points, corners)
     _check_fans(points, corners)
+    _check_whole(points, corners)
     centred = points - points.mean(axis=0)
     a, b, c = (centred[corners[:, k]] for k in range(3))
     volume = float(np.einsum("tk,tk->", a, np.cross(b, c)) / 6)
@@ -52,8 +56,13 @@ def _check_arrays(points: NDArray[np.float64], triangles: NDArray[np.generic]) -
     bad = ~np.isfinite(points).all(axis=1)
     if bad.any():
         raise MeshError(_located(bad, "points", "have NaN or infinite coordinates"))
-    if (points == points[0]).all():
+    size = float(np.ptp(points, axis=0).max())
+    if size == 0:
         raise MeshError("all points are at one place")
+    if not SMALLEST_SIZE <= size <= LARGEST_SIZE:
+        raise MeshError(
+            f"the surface is {size:.3g} m wide; expected {SMALLEST_SIZE:g} to {LARGEST_SIZE:g} m"
+        )
     corners = triangles.astype(np.int64)
     outside = ((corners < 0) | (corners >= len(points))).any(axis=1)
     if outside.any():
@@ -66,7 +75,8 @@ def _check_triangles(points: NDArray[np.float64], corners: NDArray[np.int64]) ->
     unused = np.bincount(corners.ravel(), minlength=len(points)) == 0
     if unused.any():
         raise MeshError(
-            _located(unused, "points", "belong to no triangle", points) + "; weld=True drops them"
+            _located(unused, "points", "belong to no triangle", points)
+            + "; weld=True (mesh.weld = true) drops them"
         )
     a, b, c = (points[corners[:, k]] for k in range(3))
     repeated = (corners == np.roll(corners, 1, axis=1)).any(axis=1)
@@ -77,7 +87,7 @@ def _check_triangles(points: NDArray[np.float64], corners: NDArray[np.int64]) ->
     if degenerate.any():
         raise MeshError(
             _located(degenerate, "triangles", "are degenerate (no area)", a)
-            + "; remove slivers, or weld points that coincide (weld=True)"
+            + "; remove slivers, or weld points that coincide (weld=True, mesh.weld = true)"
         )
 
 
@@ -90,7 +100,7 @@ def _check_edges(points: NDArray[np.float64], corners: NDArray[np.int64]) -> Non
     if (faces == 1).any():
         raise MeshError(
             _located(faces == 1, "edges", "have only one triangle, so the surface is open", middle)
-            + "; close the holes, or weld points that coincide (weld=True)"
+            + "; close the holes, or weld points that coincide (weld=True, mesh.weld = true)"
         )
     if (faces > 2).any():
         raise MeshError(
@@ -122,6 +132,16 @@ def _check_fans(points: NDArray[np.float64], corners: NDArray[np.int64]) -> None
         raise MeshError(
             _located(pinched, "points", "join separate fans of triangles (non-manifold)", points)
         )
+
+
+def _check_whole(points: NDArray[np.float64], corners: NDArray[np.int64]) -> None:
+    """Refuse several surfaces: nested or overlapping ones would count volume twice or take it."""
+    n = len(points)
+    rows, columns = corners.ravel(), np.roll(corners, 1, axis=1).ravel()
+    sides = sp.coo_array((np.ones(len(rows)), (rows, columns)), shape=(n, n))
+    count, _ = connected_components(sides, directed=False)
+    if count > 1:
+        raise MeshError(f"there are {count} separate surfaces; expected one: keep the one you mean")
 
 
 def _located(bad: Any, things: str, fault: str, places: NDArray[np.float64] | None = None) -> str:

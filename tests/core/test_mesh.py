@@ -136,7 +136,19 @@ def _out_of_range():
     return points, triangles
 
 
+def _two_spheres():
+    points, triangles = _sphere()
+    return np.vstack([points, 0.1 * points]), np.vstack([triangles, triangles + 30])
+
+
+def _vast():
+    points, triangles = _sphere()
+    return 1e10 * points, triangles
+
+
 BAD = {
+    _two_spheres: r"2 separate surfaces; expected one",
+    _vast: r"1\.96e\+10 m wide; expected 1e-09 to 1e\+09 m",
     _open: r"3 of 84 edges have only one triangle, so the surface is open: edge \d+ at \(",
     _non_manifold: r"3 of 87 edges have more than two triangles \(non-manifold\): edge \d+ at",
     _flipped_triangle: r"3 of 84 edges have triangles wound in opposite senses: edge \d+ at",
