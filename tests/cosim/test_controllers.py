@@ -116,7 +116,7 @@ def sigmoid(pressure: float, centre: float) -> float:
 
 
 def by_hand(volume: Volume, frames: int, law: str, *, literal: bool) -> list[dict[str, float]]:
-    """Readings 8 to 11 of model.md, one frame after the other."""
+    """Reading 8 of docs/model.md, one frame after the other."""
     swing = 40 / FRAMES if literal else 40 / (FRAMES / 2)
     pressure = 0.0
     seen = []
