@@ -54,7 +54,7 @@ def read_description(path: Path, folder: FmuFolder) -> ModelDescription:
 
 
 def numeric_variables(path: Path, description: ModelDescription) -> dict[str, ModelVariable]:
-    """Scalar numeric inputs, outputs and parameters, by name.
+    """Scalar numeric inputs and outputs, by name.
 
     Raises
     ------

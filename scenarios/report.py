@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Final
 
 import xarray as xr
 from rich.console import Console
@@ -13,6 +14,15 @@ from rich.table import Table
 from scenarios.analysis import breaths
 from scenarios.runner import Progress as RunProgress
 from scenarios.schema import Controller
+
+_COLUMNS: Final = {
+    "end-insp. (L)": "end_inspiratory_volume",
+    "end-exp. (L)": "end_expiratory_volume",
+    "tidal (L)": "tidal_volume",
+    "residual (L)": "residual_volume",
+    "duration (s)": "duration",
+}
+"""Heading and variable of each column of the table of breaths."""
 
 
 @contextmanager
@@ -61,28 +71,9 @@ def show_breaths(console: Console, dataset: xr.Dataset) -> None:
         console.print(f"no complete breath; {caption}", highlight=False)
         return
     table = Table(title=dataset.attrs["title"], caption=caption, caption_justify="left")
-    for heading in (
-        "breath",
-        "end-insp. (L)",
-        "end-exp. (L)",
-        "tidal (L)",
-        "residual (L)",
-        "duration (s)",
-    ):
+    for heading in ("breath", *_COLUMNS):
         table.add_column(heading, justify="right")
     for number in seen["breath"].to_numpy():
         one = seen.sel(breath=number)
-        table.add_row(
-            str(number),
-            *(
-                f"{float(one[name]):.3f}"
-                for name in (
-                    "end_inspiratory_volume",
-                    "end_expiratory_volume",
-                    "tidal_volume",
-                    "residual_volume",
-                    "duration",
-                )
-            ),
-        )
+        table.add_row(str(number), *(f"{float(one[name]):.3f}" for name in _COLUMNS.values()))
     console.print(table)

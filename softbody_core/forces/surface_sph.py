@@ -99,8 +99,7 @@ class _BoundSPH(BoundForce):
             force = np.zeros_like(configuration.positions)
         along = push * fluid.vectors
         if self._law.viscosity:
-            drag = self._law.viscosity * self._spiky * fluid.shares * fluid.gap
-            along -= drag * _over(velocities, fluid.pairs)
+            along -= self._drag(fluid) * _over(velocities, fluid.pairs)
         force += scatter(fluid.pairs.gather_difference, along)
         return force
 
@@ -109,7 +108,7 @@ class _BoundSPH(BoundForce):
 
     def damping(self, configuration: Configuration) -> Tangent:
         fluid = self._fluid(configuration)
-        drag = self._law.viscosity * self._spiky * fluid.shares * fluid.gap
+        drag = self._drag(fluid)
 
         def product(u: Floats) -> Floats:
             return scatter(fluid.pairs.gather_difference, drag * _over(u, fluid.pairs))
@@ -119,7 +118,7 @@ class _BoundSPH(BoundForce):
     def bounding_operators(self) -> tuple[sp.csr_array, sp.csr_array]:
         # The fluid resists a change of area like a membrane of modulus k times the mass per area.
         modulus = self._law.gas_constant * float(self._masses.sum()) / self._area
-        return modulus * self._laplacian, 0.0 * self._laplacian
+        return modulus * self._laplacian, sp.csr_array(self._laplacian.shape)
 
     def rates(self, configuration: Configuration, inputs: Inputs) -> Rates:
         """Bound by the largest block row sum of M⁻¹K and of M⁻¹C."""
@@ -163,6 +162,11 @@ class _BoundSPH(BoundForce):
         push = fluid.shares * fluid.mean_pressure * self._spiky * fluid.gap**2
         push /= self._separation(fluid)
         return push
+
+    def _drag(self, fluid: _Fluid) -> Floats:
+        """Viscous force of each pair over its difference of velocity, N·s/m."""
+        drag: Floats = self._law.viscosity * self._spiky * fluid.shares * fluid.gap
+        return drag
 
     def _separation(self, fluid: _Fluid) -> Floats:
         """Lengths, kept above zero: points at one place push each other nowhere."""

@@ -46,7 +46,10 @@ class Linearization:
         self._parts = [part for part in parts if part.coefficient != 0]
         if not self._parts:
             return
-        self._solved = [self._base(part.left) for part in self._parts]
+        # Gas and airway share the volume gradient as their left vector: solve for it once.
+        lefts = {id(part.left): part.left for part in self._parts}
+        solved_for = {key: self._base(left) for key, left in lefts.items()}
+        self._solved = [solved_for[id(part.left)] for part in self._parts]
         coupling = [
             [np.vdot(part.right, solved) for solved in self._solved] for part in self._parts
         ]
@@ -84,7 +87,6 @@ class QuasiNewton:
         self._model = model
         self._max_iterations = max_iterations
         self._free = model.inverse_masses > 0
-        self._mean_mass = float(model.masses[self._free].mean())
         n = model.mesh.n_points
         self._stiffness, self._damping = sp.csr_array((n, n)), sp.csr_array((n, n))
         for weight, term in model.terms:

@@ -9,7 +9,6 @@ from typing import Annotated, ClassVar, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from softbody_core.configuration import Configuration
 from softbody_core.errors import StepLimitError
 from softbody_core.integrators.integrator import Stepper
 from softbody_core.integrators.quasi_newton import QuasiNewton
@@ -96,8 +95,6 @@ class _SDIRK2(Stepper):
                         )
                     continue
                 state, error = tried
-                check_finite(state)
-                check_volume(state.time, Configuration(self._model.mesh, state.positions))
                 self.substeps += 1
                 done += share
                 # Twice the step has eight times the error; it also has to end on its own grid.
@@ -145,4 +142,7 @@ class _SDIRK2(Stepper):
         error = max(volume / self._model.mesh.volume, distance / self._radius) / tolerance
         if not error <= 1:
             return None
-        return State(state.time + h, second.positions, v2), error
+        reached = State(state.time + h, second.positions, v2)
+        check_finite(reached)
+        check_volume(reached.time, second.configuration)
+        return reached, error
