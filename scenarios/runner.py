@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import platform
 import time as clock
@@ -150,7 +151,7 @@ def _run(
         "controller_parameters": json.dumps(scenario.controller.parameters),
         "controller_sha256": fmu.sha256,
         "integrator": repr(scenario.integrator),
-        "steps": body.steps,
+        **dataclasses.asdict(body.work),
         "wall_time": wall_time,
         "status": status,
     }

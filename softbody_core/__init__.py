@@ -17,7 +17,14 @@ from softbody_core.forces import (
     MassSpring,
     SurfaceSPH,
 )
-from softbody_core.integrators import INTEGRATORS, RK4, SDIRK2, SymplecticEuler, VelocityVerlet
+from softbody_core.integrators import (
+    INTEGRATORS,
+    RK4,
+    SDIRK2,
+    SymplecticEuler,
+    VelocityVerlet,
+    Work,
+)
 from softbody_core.mesh import SurfaceMesh
 from softbody_core.model import SoftBodyModel
 from softbody_core.shapes import ball, icosphere
@@ -52,6 +59,7 @@ __all__ = [
     "SymplecticEuler",
     "VelocityVerlet",
     "Weights",
+    "Work",
     "ball",
     "icosphere",
 ]

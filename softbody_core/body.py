@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from softbody_core.configuration import Configuration
 from softbody_core.errors import ParameterError
-from softbody_core.integrators import Integrator, VelocityVerlet
+from softbody_core.integrators import Integrator, VelocityVerlet, Work
 from softbody_core.model import SoftBodyModel
 from softbody_core.state import Inputs, State
 
@@ -53,7 +53,7 @@ class SavedBody:
 
     state: State
     inputs: Inputs
-    steps: int
+    work: Work
     memory: object
 
 
@@ -81,7 +81,6 @@ class SoftBody:
         self.model = model
         self.integrator: Integrator = integrator if integrator is not None else VelocityVerlet()
         self.state = State.at_rest(model.mesh)
-        self.steps = 0
         self._inputs = Inputs()
         self._stepper = self.integrator.bind(model)
 
@@ -112,14 +111,14 @@ class SoftBody:
         if not (np.isfinite(dt) and dt > 0):
             raise ParameterError(f"dt = {dt} s: expected a positive number")
         inputs = Inputs(delta_p=delta_p, n=n)
-        memory = self._stepper.memory()
+        memory, work = self._stepper.memory(), self.work
         try:
             state = self._stepper.advance(self.state, inputs, dt)
         except Exception:
             self._stepper.recall(memory)
+            self._stepper.work.reset_to(work)
             raise
         self.state, self._inputs = state, inputs
-        self.steps += self._stepper.substeps
         return self.observe()
 
     def observe(self) -> Observation:
@@ -138,6 +137,11 @@ class SoftBody:
         )
 
     @property
+    def work(self) -> Work:
+        """Copy of the counts of what the integrator has done."""
+        return replace(self._stepper.work)
+
+    @property
     def time(self) -> float:
         """Simulated time, s."""
         return self.state.time
@@ -154,7 +158,7 @@ class SoftBody:
 
     def save(self) -> SavedBody:
         """Everything needed to come back to this point exactly."""
-        return SavedBody(self.state, self._inputs, self.steps, self._stepper.memory())
+        return SavedBody(self.state, self._inputs, self.work, self._stepper.memory())
 
     def restore(self, saved: SavedBody) -> None:
         """Go back to a saved point. What follows repeats to the bit."""
@@ -163,5 +167,6 @@ class SoftBody:
                 f"the saved body has {saved.state.positions.shape[1]} points, this one has "
                 f"{self.model.mesh.n_points}; restore into the body that was saved, or its twin"
             )
-        self.state, self._inputs, self.steps = saved.state, saved.inputs, saved.steps
+        self.state, self._inputs = saved.state, saved.inputs
+        self._stepper.work.reset_to(saved.work)
         self._stepper.recall(saved.memory)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from softbody_core.integrators.integrator import Integrator, Stepper
+from softbody_core.integrators.integrator import Integrator, Stepper, Work
 from softbody_core.integrators.rk4 import RK4
 from softbody_core.integrators.sdirk2 import SDIRK2
 from softbody_core.integrators.symplectic_euler import SymplecticEuler
@@ -28,4 +28,5 @@ __all__ = [
     "Stepper",
     "SymplecticEuler",
     "VelocityVerlet",
+    "Work",
 ]

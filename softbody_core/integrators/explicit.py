@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from softbody_core.configuration import Configuration
 from softbody_core.errors import StepLimitError
-from softbody_core.integrators.integrator import Stepper
+from softbody_core.integrators.integrator import Stepper, Work
 from softbody_core.model import SoftBodyModel
 from softbody_core.parameters import Parameters, Quantity
 from softbody_core.stability import check_finite, check_volume, largest_stable_step
@@ -51,7 +51,7 @@ class ExplicitStepper(Stepper):
     """Divides a communication step into stable substeps."""
 
     def __init__(self, parameters: ExplicitParameters, model: SoftBodyModel) -> None:
-        self.substeps = 0
+        self.work = Work()
         self._parameters = parameters
         self._model = model
 
@@ -59,17 +59,25 @@ class ExplicitStepper(Stepper):
     def _march(self, state: State, inputs: Inputs, h: float) -> Iterator[Moment]:
         """Give the body after each of an endless row of substeps of length h."""
 
+    def _acceleration(
+        self, configuration: Configuration, velocities: Floats, inputs: Inputs
+    ) -> Floats:
+        """Acceleration by all forces but the airway's, m/s²."""
+        self.work.force_evaluations += 1
+        return self._model.acceleration(configuration, velocities, inputs)
+
     def _limit(self, configuration: Configuration, inputs: Inputs) -> float:
         """Largest stable substep, s."""
         return largest_stable_step(self._model.rates(configuration, inputs))
 
     def advance(self, state: State, inputs: Inputs, dt: float) -> State:
         end = state.time + dt
-        self.substeps = 0
+        taken_before = self.work.steps
         remaining = 1.0  # share of dt, so that rounding cannot add or lose a substep
         while remaining > 0:
             configuration = Configuration(self._model.mesh, state.positions)
-            needed = self._substeps_for(remaining * dt, configuration, inputs)
+            allowed = self._parameters.max_substeps - (self.work.steps - taken_before)
+            needed = self._substeps_for(remaining * dt, configuration, inputs, allowed)
             count = min(needed, RECHECK)
             h = remaining * dt / needed
             with np.errstate(all="ignore"):  # what overflows is found here, and named
@@ -80,20 +88,22 @@ class ExplicitStepper(Stepper):
                         state = State(time + count * h, x, v)
                         break
                 check_finite(state)
-            self.substeps += count
+            self.work.steps += count
             remaining = 0.0 if count == needed else remaining * (1 - count / needed)
         return State(end, state.positions, state.velocities)
 
-    def _substeps_for(self, span: float, configuration: Configuration, inputs: Inputs) -> int:
-        allowed = self._parameters
-        h = allowed.safety * self._limit(configuration, inputs)
-        if allowed.max_substep is not None:
-            h = min(h, allowed.max_substep)
+    def _substeps_for(
+        self, span: float, configuration: Configuration, inputs: Inputs, allowed: int
+    ) -> int:
+        parameters = self._parameters
+        h = parameters.safety * self._limit(configuration, inputs)
+        if parameters.max_substep is not None:
+            h = min(h, parameters.max_substep)
         needed = span / h
-        if not needed <= allowed.max_substeps - self.substeps:
+        if not needed <= allowed:
             raise StepLimitError(
-                f"{needed:.3g} substeps of {h:.3g} s are needed for the next {span:.3g} s, more "
-                f"than max_substeps = {allowed.max_substeps} allows; try a shorter communication "
+                f"{needed:.3g} substeps of {h:.3g} s are needed for the next {span:.3g} s, "
+                f"more than max_substeps = {parameters.max_substeps} allows; try a shorter communication "
                 "step, softer springs, or more mass"
             )
         return max(1, math.ceil(needed * (1 - 1e-12)))

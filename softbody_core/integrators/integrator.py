@@ -3,17 +3,43 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from dataclasses import dataclass
 from typing import ClassVar, Protocol
 
 from softbody_core.model import SoftBodyModel
 from softbody_core.state import Inputs, State
 
 
+@dataclass
+class Work:
+    """What a scheme has done so far. It repeats exactly, whatever the machine.
+
+    Attributes
+    ----------
+    steps : int
+        Internal steps that counted; a step that was tried again in parts is not one of them.
+    force_evaluations : int
+        Evaluations of the composite force.
+    linear_solves : int
+        Solutions of a sparse system for three right-hand sides.
+    """
+
+    steps: int = 0
+    force_evaluations: int = 0
+    linear_solves: int = 0
+
+    def reset_to(self, other: Work) -> None:
+        """Take over the counts of another."""
+        self.steps = other.steps
+        self.force_evaluations = other.force_evaluations
+        self.linear_solves = other.linear_solves
+
+
 class Stepper(ABC):
     """A scheme at work on one model. It may keep caches, and a memory that counts as state."""
 
-    substeps: int
-    """Internal steps taken by the last call of `advance`."""
+    work: Work
+    """What was done since the scheme was bound."""
 
     @abstractmethod
     def advance(self, state: State, inputs: Inputs, dt: float) -> State:

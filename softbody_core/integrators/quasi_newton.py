@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from softbody_core.configuration import Configuration
 from softbody_core.forces.force import RankOne
+from softbody_core.integrators.integrator import Work
 from softbody_core.model import SoftBodyModel
 from softbody_core.state import Inputs
 
@@ -40,7 +41,10 @@ class Stage(NamedTuple):
 class Linearization:
     """The iteration matrix at one configuration: P + Σ cᵢ lᵢ rᵢᵀ, ready to be solved with."""
 
-    def __init__(self, factor: Any, free: NDArray[np.bool_], parts: list[RankOne]) -> None:
+    def __init__(
+        self, factor: Any, free: NDArray[np.bool_], parts: list[RankOne], work: Work
+    ) -> None:
+        self._work = work
         self._factor = factor
         self._free = free
         self._parts = [part for part in parts if part.coefficient != 0]
@@ -67,6 +71,7 @@ class Linearization:
         return solution
 
     def _base(self, right_hand_side: Floats) -> Floats:
+        self._work.linear_solves += 1
         solution = np.zeros_like(right_hand_side)
         solution[:, self._free] = self._factor.solve(right_hand_side[:, self._free].T).T
         return solution
@@ -81,9 +86,12 @@ class QuasiNewton:
         Forces and masses.
     max_iterations : int
         Iterations after which a stage counts as not converged.
+    work : Work
+        Where evaluations and solutions are counted.
     """
 
-    def __init__(self, model: SoftBodyModel, max_iterations: int) -> None:
+    def __init__(self, model: SoftBodyModel, max_iterations: int, work: Work) -> None:
+        self._work = work
         self._model = model
         self._max_iterations = max_iterations
         self._free = model.inverse_masses > 0
@@ -126,6 +134,7 @@ class QuasiNewton:
         for _ in range(self._max_iterations):
             positions = base_positions + z * velocities
             configuration = Configuration(model.mesh, positions)
+            self._work.force_evaluations += 1
             residual = z * model.total_force(configuration, velocities, inputs)
             residual -= model.masses * (velocities - base_velocities)
             if linearization is None:
@@ -153,7 +162,7 @@ class QuasiNewton:
                 part._replace(coefficient=z * part.coefficient)
                 for part in self._model.airway.rank_one_damping(configuration)
             ]
-        return Linearization(self._factor(z), self._free, parts)
+        return Linearization(self._factor(z), self._free, parts, self._work)
 
     def _factor(self, z: float) -> Any:
         """Factorization of M + z² K̄ + z C̄ over the free points."""

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softbody_core.errors import StepLimitError
-from softbody_core.integrators.integrator import Stepper
+from softbody_core.integrators.integrator import Stepper, Work
 from softbody_core.integrators.quasi_newton import QuasiNewton
 from softbody_core.model import SoftBodyModel
 from softbody_core.parameters import Parameters, Quantity
@@ -64,10 +64,10 @@ class SDIRK2(Parameters):
 
 class _SDIRK2(Stepper):
     def __init__(self, parameters: SDIRK2, model: SoftBodyModel) -> None:
-        self.substeps = 0
+        self.work = Work()
         self._parameters = parameters
         self._model = model
-        self._solver = QuasiNewton(model, parameters.max_iterations)
+        self._solver = QuasiNewton(model, parameters.max_iterations, self.work)
         self._radius = float(np.cbrt(3 * model.mesh.volume / (4 * math.pi)))
         self._step = math.inf
 
@@ -79,7 +79,6 @@ class _SDIRK2(Stepper):
 
     def advance(self, state: State, inputs: Inputs, dt: float) -> State:
         end = state.time + dt
-        self.substeps = 0
         share = self._first_share(dt)
         done = 0.0
         with np.errstate(all="ignore"):  # what overflows does not converge, or is found below
@@ -95,7 +94,7 @@ class _SDIRK2(Stepper):
                         )
                     continue
                 state, error = tried
-                self.substeps += 1
+                self.work.steps += 1
                 done += share
                 # Twice the step has eight times the error; it also has to end on its own grid.
                 if error < 0.06 and share < self._largest_share(dt) and done % (2 * share) == 0:

@@ -29,7 +29,7 @@ class _SymplecticEuler(ExplicitStepper):
         model, x, v = self._model, state.positions, state.velocities
         here = Configuration(model.mesh, x)
         while True:
-            v = kick(model, here, v, model.acceleration(here, v, inputs), h)
+            v = kick(model, here, v, self._acceleration(here, v, inputs), h)
             x = x + h * v
             here = Configuration(model.mesh, x)
             yield x, v, here

@@ -39,12 +39,12 @@ class _VelocityVerlet(ExplicitStepper):
     def _march(self, state: State, inputs: Inputs, h: float) -> Iterator[Moment]:
         model, x, v = self._model, state.positions, state.velocities
         here = Configuration(model.mesh, x)
-        acceleration = model.acceleration(here, v, inputs)
+        acceleration = self._acceleration(here, v, inputs)
         while True:
             v = kick(model, here, v, acceleration, h / 2)
             x = x + h * v
             predicted = kick(model, here, v, acceleration, h / 2)
             here = Configuration(model.mesh, x)
-            acceleration = model.acceleration(here, predicted, inputs)
+            acceleration = self._acceleration(here, predicted, inputs)
             v = kick(model, here, v, acceleration, h / 2)
             yield x, v, here

@@ -84,7 +84,7 @@ def test_the_declared_order_is_reached(name, resistance):
         body = SoftBody(model, with_step(name, end / count))
         body.state = start
         body.step(end, INPUTS.delta_p, INPUTS.n)
-        assert body.steps == count
+        assert body.work.steps == count
         reached = np.concatenate([body.state.positions.ravel(), body.state.velocities.ravel()])
         errors.append(np.abs(reached - exact).max())
     order = -np.polyfit(np.log(counts), np.log(errors), 1)[0]
