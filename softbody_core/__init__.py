@@ -3,6 +3,7 @@
 from softbody_core.body import Observation, SavedBody, SoftBody
 from softbody_core.constraints import CONSTRAINTS, PinnedPoints, PinnedTop
 from softbody_core.errors import (
+    CrowdedError,
     DivergenceError,
     MeshError,
     ParameterError,
@@ -38,6 +39,7 @@ __all__ = [
     "RK4",
     "SDIRK2",
     "AirwayResistance",
+    "CrowdedError",
     "DivergenceError",
     "Gravity",
     "Inputs",

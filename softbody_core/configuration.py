@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from softbody_core.mesh import SurfaceMesh
 
 Floats = NDArray[np.float64]
+Indices = NDArray[np.int64]
 
 
 class Configuration:
@@ -32,36 +33,67 @@ class Configuration:
     def __init__(self, mesh: SurfaceMesh, positions: Floats) -> None:
         self.mesh = mesh
         self.positions = positions
+        self._arrays: dict[str, Floats] = {}
+
+    def move_to(self, positions: Floats) -> None:
+        """Take other positions, and overwrite every array that was given out before.
+
+        A body in motion then allocates nothing: large new arrays cost more than what fills them.
+        """
+        kept = self.mesh, self._arrays
+        vars(self).clear()
+        self.mesh, self._arrays = kept
+        self.positions = positions
+
+    def _array(self, name: str, *shape: int) -> Floats:
+        if name not in self._arrays:
+            self._arrays[name] = np.empty(shape)
+        return self._arrays[name]
+
+    @cached_property
+    def _about_first_point(self) -> Floats:
+        """Positions seen from the first point: far from the origin, products keep their digits."""
+        relative = self._array("about_first_point", *self.positions.shape)
+        return np.subtract(self.positions, self.positions[:, :1], out=relative)
+
+    @cached_property
+    def _edge_ends(self) -> tuple[Floats, Floats]:
+        """Where the edges start and end, m, both of shape (3, m)."""
+        m = len(self.mesh.edges)
+        starts, ends = self._array("edge_starts", 3, m), self._array("edge_ends", 3, m)
+        for end, out in zip(self.mesh.edge_ends, (starts, ends), strict=True):
+            take(self._about_first_point, end, out)
+        return starts, ends
 
     @cached_property
     def edge_vectors(self) -> Floats:
         """x_j − x_i for each edge (i, j), m, shape (3, m)."""
-        return pair_differences(self.positions, *self.mesh.edge_ends)
+        starts, ends = self._edge_ends
+        return np.subtract(ends, starts, out=self._array("edge_vectors", *ends.shape))
 
     @cached_property
     def edge_lengths(self) -> Floats:
         """Current length of each edge, m, shape (m,)."""
-        return norms(self.edge_vectors)
-
-    @cached_property
-    def area_vectors(self) -> Floats:
-        """Outward area vector of each triangle, m², shape (3, t)."""
-        a, b, c = (self.positions.take(corner, axis=1) for corner in self.mesh.triangle_corners)
-        b -= a
-        c -= a
-        return 0.5 * cross(b, c)
+        vectors = self.edge_vectors
+        return norms(vectors, self._array("edge_lengths", vectors.shape[1]))
 
     @cached_property
     def volume_gradient(self) -> Floats:
-        """∂V/∂x: one third of the area vectors around each point, m², shape (3, n)."""
-        return scatter(self.mesh.triangle_to_points, self.area_vectors) / 3.0
+        """∂V/∂x, one third of the area vectors around each point, m², shape (3, n).
+
+        V = Σ x_a · (x_b × x_c) / 6 over the triangles (a, b, c), so a point feels a sixth of
+        x_b × x_c of each edge that faces it.
+        """
+        starts, ends = self._edge_ends
+        crossed = self._array("crossed", *starts.shape)
+        cross(starts, ends, crossed, self._array("product", starts.shape[1]))
+        return scatter(self.mesh.edges_to_facing_points, crossed)
 
     @cached_property
     def volume(self) -> float:
         """Enclosed volume, m³."""
         # V is homogeneous of degree 3 in x, so 3 V = x · ∂V/∂x about any origin.
-        about_first_point = self.positions - self.positions[:, :1]
-        return float(np.vdot(self.volume_gradient, about_first_point)) / 3.0
+        return float(np.vdot(self.volume_gradient, self._about_first_point)) / 3.0
 
     @cached_property
     def bounding_box(self) -> Floats:
@@ -86,25 +118,26 @@ class Configuration:
         return gradient
 
 
-def pair_differences(values: Floats, first: NDArray[np.int64], second: NDArray[np.int64]) -> Floats:
-    """Differences value_j − value_i over pairs (i, j), shape (3, p)."""
-    difference = values.take(second, axis=1)
-    difference -= values.take(first, axis=1)
-    return difference
+def take(values: Floats, indices: Indices, out: Floats) -> None:
+    """Write the chosen columns of a (3, n) array into `out`, shape (3, k)."""
+    for row, chosen in zip(values, out, strict=True):
+        row.take(indices, out=chosen, mode="clip")  # the other modes make a copy first
 
 
 def scatter(operator: sp.csr_array, values: Floats) -> Floats:
-    """Apply a sparse operator to each of the three component rows."""
-    return np.stack([operator @ row for row in values])
+    """Apply an operator made by `per_component` to a (3, k) array."""
+    return np.asarray(operator @ values.reshape(-1)).reshape(3, -1)
 
 
-def norms(vectors: Floats) -> Floats:
+def norms(vectors: Floats, out: Floats | None = None) -> Floats:
     """Lengths of the columns of a (3, k) array."""
-    return np.asarray(np.sqrt(np.einsum("ck,ck->k", vectors, vectors)))
+    squares = np.einsum("ck,ck->k", vectors, vectors, out=out)
+    return np.asarray(np.sqrt(squares, out=squares))
 
 
-def cross(a: Floats, b: Floats) -> Floats:
-    """Cross products of the columns of two (3, k) arrays."""
-    return np.stack(
-        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-    )
+def cross(a: Floats, b: Floats, out: Floats, scratch: Floats) -> None:
+    """Cross products of the columns of two (3, k) arrays; `scratch` has shape (k,)."""
+    for axis in range(3):
+        np.multiply(a[axis - 2], b[axis - 1], out=out[axis])
+        np.multiply(a[axis - 1], b[axis - 2], out=scratch)
+        out[axis] -= scratch

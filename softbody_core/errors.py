@@ -22,6 +22,32 @@ class StepLimitError(SoftBodyError, RuntimeError):
     """A communication step would need more substeps than the integrator may take."""
 
 
+class CrowdedError(SoftBodyError, ArithmeticError):
+    """So many points are near each other that the surface must have fallen in on itself.
+
+    Parameters
+    ----------
+    pairs, points : int
+        Pairs found, and points of the surface.
+    radius : float
+        Distance within which points count as neighbours, m.
+    """
+
+    def __init__(self, pairs: int, points: int, radius: float) -> None:
+        self.pairs = pairs
+        self.points = points
+        self.radius = radius
+        super().__init__(pairs, points, radius)
+
+    def __str__(self) -> str:
+        """One sentence with the numbers and what to try."""
+        return (
+            f"{self.pairs} pairs among {self.points} points lie within {self.radius:.3g} m of each "
+            "other, many times what a surface holds: it has fallen in on itself, or core_radius is "
+            "too large. Try more pressure, stiffer springs, or a smaller core_radius."
+        )
+
+
 class DivergenceError(SoftBodyError, ArithmeticError):
     """The body left the range of physical states; it stands at its last good state.
 

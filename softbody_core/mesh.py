@@ -127,12 +127,6 @@ class SurfaceMesh:
         return first, second
 
     @cached_property
-    def triangle_corners(self) -> tuple[Integers, Integers, Integers]:
-        """First, second and third corners of the triangles, each contiguous, shape (t,)."""
-        a, b, c = np.ascontiguousarray(self.triangles.T)
-        return a, b, c
-
-    @cached_property
     def triangle_edges(self) -> Integers:
         """Edges of each triangle: that of its corners 0–1, 1–2 and 2–0, shape (t, 3)."""
         return self._edges_and_sides[1]
@@ -168,6 +162,19 @@ class SurfaceMesh:
         return opposite[order].reshape(-1, 2)
 
     @cached_property
+    def edges_to_facing_points(self) -> sp.csr_array:
+        """A sixth of what edges carry, summed at the points that face them, shape (3n, 3m).
+
+        The sign is that of the edge in the triangle between: positive where it runs from its first
+        point to its second.
+        """
+        start, end = self.triangles, self.triangles[:, [1, 2, 0]]
+        signs = np.where(start < end, 1 / 6, -1 / 6)
+        facing = self.triangles[:, [2, 0, 1]]
+        entries = (signs.ravel(), (facing.ravel(), self.triangle_edges.ravel()))
+        return per_component(sp.csr_array(entries, shape=(self.n_points, len(self.edges))))
+
+    @cached_property
     def _triangle_normals(self) -> Floats:
         corner = self.points[self.triangles]
         return 0.5 * np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
@@ -201,6 +208,18 @@ def difference_operator(pairs: Integers, n_points: int) -> sp.csr_array:
     m = len(pairs)
     entries = (np.tile([-1.0, 1.0], m), (np.repeat(np.arange(m), 2), pairs.ravel()))
     return sp.csr_array(entries, shape=(m, n_points))
+
+
+def per_component(operator: sp.csr_array) -> sp.csr_array:
+    """Operator on ravelled (3, k) arrays that acts on each component as the given one does.
+
+    One product with it costs about half of three products with the given one.
+    """
+    blocks = sp.csr_array(sp.block_diag([operator] * 3, format="csr"))
+    if blocks.nnz < np.iinfo(np.int32).max:
+        blocks.indices = blocks.indices.astype(np.int32)
+        blocks.indptr = blocks.indptr.astype(np.int32)
+    return blocks
 
 
 def _weld(points: Floats, triangles: NDArray[np.generic]) -> tuple[Floats, NDArray[np.generic]]:

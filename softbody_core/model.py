@@ -82,13 +82,14 @@ class SoftBodyModel:
 
     def force(self, configuration: Configuration, velocities: Floats, inputs: Inputs) -> Floats:
         """Composite force of eq. 1, N, shape (3, n), without the airway's resistance."""
-        total = np.zeros_like(velocities)
+        total: Floats | None = None
         for weight, term in self.terms:
             force = term.force(configuration, velocities, inputs)
-            if weight != 1.0:
-                force *= weight
-            total += force
-        return total
+            if total is None:
+                total = weight * force
+            else:
+                total += force if weight == 1.0 else weight * force
+        return np.zeros_like(velocities) if total is None else total
 
     def total_force(
         self, configuration: Configuration, velocities: Floats, inputs: Inputs

@@ -75,7 +75,7 @@ class BoundForce(ABC):
 
     @abstractmethod
     def force(self, configuration: Configuration, velocities: Floats, inputs: Inputs) -> Floats:
-        """Force on each point, N, shape (3, n). The caller may overwrite the result."""
+        """Force on each point, N, shape (3, n). Not to be changed; valid until asked again."""
 
     def energy(self, configuration: Configuration, inputs: Inputs) -> float | None:
         """Potential energy, J, at held inputs; None where the law has none."""

@@ -43,11 +43,11 @@ class Gravity(Parameters):
 class _BoundGravity(BoundForce):
     def __init__(self, weights: Floats) -> None:
         self._weights = weights
+        self._force = np.zeros((3, len(weights)))
+        self._force[2] = -weights
 
     def force(self, configuration: Configuration, velocities: Floats, inputs: Inputs) -> Floats:
-        force = np.zeros_like(configuration.positions)
-        force[2] = -self._weights
-        return force
+        return self._force
 
     def energy(self, configuration: Configuration, inputs: Inputs) -> float:
         return float(self._weights @ configuration.positions[2])

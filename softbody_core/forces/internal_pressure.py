@@ -71,7 +71,7 @@ class BoundPressure(BoundForce):
 
     def force(self, configuration: Configuration, velocities: Floats, inputs: Inputs) -> Floats:
         pressure = self.law.pressure(configuration, inputs)
-        return self._share * pressure * configuration.volume_gradient
+        return (self._share * pressure) * configuration.volume_gradient
 
     def energy(self, configuration: Configuration, inputs: Inputs) -> float | None:
         driven = -inputs.delta_p * configuration.volume

@@ -13,12 +13,15 @@ from numpy.typing import NDArray
 
 from softbody_core.configuration import Configuration, scatter
 from softbody_core.forces.force import BoundForce, Rates, Tangent, blocks
-from softbody_core.mesh import SurfaceMesh
+from softbody_core.mesh import SurfaceMesh, per_component
 from softbody_core.parameters import Parameters, Quantity
 from softbody_core.state import Inputs
 from softbody_core.weights import Control
 
 Floats = NDArray[np.float64]
+
+_TINY = np.finfo(np.float64).tiny
+"""Stands for a length of zero, so that a direction without length becomes zero."""
 
 
 @dataclass(frozen=True)
@@ -57,13 +60,17 @@ class _BoundMassSpring(BoundForce):
         self._difference = mesh.edge_difference
         self._gather = mesh.edge_difference.T.tocsr()
         self._laplacian = mesh.laplacian
+        self._pull = per_component(-self._gather)
+        self._dampers = per_component(law.damping * mesh.laplacian) if law.damping else None
+        self._tension = np.empty(len(self._rest_lengths))
+        self._tensions = np.empty((3, len(self._rest_lengths)))
 
     def force(self, configuration: Configuration, velocities: Floats, inputs: Inputs) -> Floats:
-        tension = self._tension_over_length(configuration) * configuration.edge_vectors
-        force = scatter(self._gather, tension)
-        np.negative(force, out=force)
-        if self._law.damping:
-            force -= self._law.damping * scatter(self._laplacian, velocities)
+        tension = self._tension_over_length(configuration)
+        np.multiply(tension, configuration.edge_vectors, out=self._tensions)
+        force = scatter(self._pull, self._tensions)
+        if self._dampers is not None:
+            force -= scatter(self._dampers, velocities)
         return force
 
     def energy(self, configuration: Configuration, inputs: Inputs) -> float:
@@ -71,7 +78,7 @@ class _BoundMassSpring(BoundForce):
         return 0.5 * self._law.stiffness * float(stretch @ stretch)
 
     def stiffness(self, configuration: Configuration, inputs: Inputs) -> Tangent:
-        along = configuration.edge_vectors / _nonzero(configuration.edge_lengths)
+        along = configuration.edge_vectors / np.maximum(configuration.edge_lengths, _TINY)
         across = self._tension_over_length(configuration)
         axial = self._law.stiffness - across
 
@@ -84,9 +91,7 @@ class _BoundMassSpring(BoundForce):
         return Tangent(sparse=blocks(block))
 
     def damping(self, configuration: Configuration) -> Tangent:
-        if not self._law.damping:
-            return Tangent()
-        return Tangent(sparse=sp.block_diag([self._law.damping * self._laplacian] * 3, "csr"))
+        return Tangent(sparse=self._dampers)
 
     def bounding_operators(self) -> tuple[sp.csr_array, sp.csr_array]:
         # Across a spring the stiffness is k_s (1 − l⁰/l): negative where it is compressed, and
@@ -114,10 +119,8 @@ class _BoundMassSpring(BoundForce):
 
     def _tension_over_length(self, configuration: Configuration) -> Floats:
         """k_s (1 − l⁰/l), N/m, shape (m,); an edge of no length pulls nowhere."""
-        ratio = self._rest_lengths / _nonzero(configuration.edge_lengths)
-        return self._law.stiffness * (1.0 - ratio)
-
-
-def _nonzero(lengths: Floats) -> Floats:
-    """Lengths with zeros replaced, so that a direction without length becomes zero."""
-    return np.maximum(lengths, np.finfo(np.float64).tiny)
+        tension = np.maximum(configuration.edge_lengths, _TINY, out=self._tension)
+        np.divide(self._rest_lengths, tension, out=tension)
+        np.subtract(1.0, tension, out=tension)
+        tension *= self._law.stiffness
+        return tension

@@ -7,16 +7,17 @@ applications", eqs 20-22.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, ClassVar, Literal, NamedTuple
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from softbody_core.configuration import Configuration, norms, pair_differences, scatter
+from softbody_core.configuration import Configuration
 from softbody_core.forces.force import BoundForce, Rates, Tangent
+from softbody_core.forces.pair_geometry import PairGeometry
 from softbody_core.mesh import SurfaceMesh
-from softbody_core.neighbours import NeighbourList, Pairs
+from softbody_core.neighbours import NeighbourList
 from softbody_core.parameters import Parameters, Quantity
 from softbody_core.state import Inputs
 from softbody_core.weights import Control
@@ -60,18 +61,6 @@ class SurfaceSPH(Parameters):
         return _BoundSPH(self, mesh, masses)
 
 
-class _Fluid(NamedTuple):
-    """Pairs, and what the fluid equations say at one configuration."""
-
-    pairs: Pairs
-    vectors: Floats  # x_j − x_i, (3, p)
-    lengths: Floats  # r, (p,)
-    gap: Floats  # h_w − r, never below 0, (p,)
-    shares: Floats  # m_i m_j/(ρ_i ρ_j), (p,)
-    densities: Floats  # (n,)
-    mean_pressure: Floats  # (L_i ± L_j)/2, (p,)
-
-
 class _BoundSPH(BoundForce):
     def __init__(self, law: SurfaceSPH, mesh: SurfaceMesh, masses: Floats) -> None:
         self._law = law
@@ -80,38 +69,30 @@ class _BoundSPH(BoundForce):
         self._laplacian = mesh.laplacian
         self._radius = h = law.core_radius * float(mesh.edge_lengths.mean())
         self._neighbours = NeighbourList(h)
+        self._geometry: PairGeometry | None = None
+        self._shares, self._mean_pressures = np.empty((2, 0))
         self._poly6 = 315 / (64 * np.pi * h**9)  # W = poly6 (h² − r²)³
         self._spiky = 45 / (np.pi * h**6)  # −∇W = spiky (h − r)² r̂, ∇²W_viscosity = spiky (h − r)
         self._sign = 1.0 if law.pressure == "sum" else -1.0
-        rest = np.ascontiguousarray(mesh.points.T)
-        pairs = self._neighbours.pairs(rest)
-        lengths = norms(_over(rest, pairs))
-        self._rest_densities = self._density(pairs, lengths)
+        geometry = self._look(np.ascontiguousarray(mesh.points.T))
+        self._rest_densities = self._densities(geometry)
 
     def force(self, configuration: Configuration, velocities: Floats, inputs: Inputs) -> Floats:
-        fluid = self._fluid(configuration)
-        push = self._push(fluid)
-        if self._law.pressure == "difference":  # eq. 7 as printed: both ends feel the same
-            ends = fluid.pairs
-            force = scatter(ends.to_first + ends.to_second, -push * fluid.vectors)
-            push = np.zeros_like(push)
-        else:
-            force = np.zeros_like(configuration.positions)
-        along = push * fluid.vectors
+        geometry, _ = self._fluid(configuration)
+        push = self._push(geometry)
+        np.multiply(push, geometry.vectors, out=geometry.carried)
+        force = geometry.onto_ends(geometry.carried)
         if self._law.viscosity:
-            along -= self._drag(fluid) * _over(velocities, fluid.pairs)
-        force += scatter(fluid.pairs.gather_difference, along)
+            force += self._drag(geometry, velocities)
         return force
 
     def stiffness(self, configuration: Configuration, inputs: Inputs) -> Tangent:
         return Tangent(operator=lambda u: -self._force_change(configuration, u))
 
     def damping(self, configuration: Configuration) -> Tangent:
-        fluid = self._fluid(configuration)
-        drag = self._drag(fluid)
-
         def product(u: Floats) -> Floats:
-            return scatter(fluid.pairs.gather_difference, drag * _over(u, fluid.pairs))
+            geometry, _ = self._fluid(configuration)
+            return -self._drag(geometry, u)
 
         return Tangent(operator=product)
 
@@ -122,98 +103,99 @@ class _BoundSPH(BoundForce):
 
     def rates(self, configuration: Configuration, inputs: Inputs) -> Rates:
         """Bound by the largest block row sum of M⁻¹K and of M⁻¹C."""
-        fluid, law = self._fluid(configuration), self._law
-        pairs, gap = fluid.pairs, fluid.gap
-        per_area = fluid.shares * self._spiky
+        geometry, densities = self._fluid(configuration)
+        gap, per_area = geometry.gap, self._spiky * self._shares
         # |∂ρ_i| ≤ 2 slope_i, for moves of at most one
-        slope = self._density_change(pairs, self._kernel_slope(fluid.lengths))
-        ends = slope[pairs.first] + slope[pairs.second]
-        density_part = per_area * gap**2 * law.gas_constant * ends
-        tension = np.abs(fluid.mean_pressure) * per_area
-        relative = slope / fluid.densities
-        shape_part = (
-            tension
-            * gap**2
-            * (2 * (relative[pairs.first] + relative[pairs.second]) + 2 / self._separation(fluid))
-            + 4 * tension * gap
-        )
-        stiffness = self._row_sum(pairs, density_part + shape_part)
-        drag = self._row_sum(pairs, 2 * law.viscosity * per_area * gap)
+        slope = self._density_change(geometry, self._kernel_slope(geometry.lengths))
+        first, second = geometry.at_ends(slope)
+        density_part = per_area * gap**2 * self._law.gas_constant * (first + second)
+        first, second = geometry.at_ends(slope / densities)
+        tension = np.abs(self._mean_pressures) * per_area
+        shape_part = tension * gap**2 * (2 * (first + second) + 2 / geometry.lengths)
+        shape_part += 4 * tension * gap
+        stiffness = self._row_sum(geometry, density_part + shape_part)
+        drag = self._row_sum(geometry, 2 * self._law.viscosity * per_area * gap)
         return Rates(stiffness, drag)
 
-    def _row_sum(self, pairs: Pairs, values: Floats) -> float:
-        rows = pairs.to_first @ values + pairs.to_second @ values
+    def _row_sum(self, geometry: PairGeometry, values: Floats) -> float:
+        geometry.weights[:] = values
+        rows = geometry.neighbour_sum(np.ones_like(self._masses))
         return float(np.max(rows / self._masses))
 
-    def _fluid(self, configuration: Configuration) -> _Fluid:
-        pairs = self._neighbours.pairs(configuration.positions)
-        vectors = _over(configuration.positions, pairs)
-        lengths = norms(vectors)
-        gap = np.maximum(self._radius - lengths, 0.0)
-        densities = self._density(pairs, lengths)
-        pressures = self._law.gas_constant * (densities - self._rest_densities)
-        volumes = self._masses / densities
-        shares = volumes[pairs.first] * volumes[pairs.second]
-        mean = 0.5 * (pressures[pairs.first] + self._sign * pressures[pairs.second])
-        return _Fluid(pairs, vectors, lengths, gap, shares, densities, mean)
+    def _look(self, positions: Floats) -> PairGeometry:
+        """Return what lies between the points at these positions, m, shape (3, n)."""
+        pairs = self._neighbours.pairs(positions)
+        if self._geometry is None or self._geometry.pairs is not pairs:
+            # as printed in the paper, a pair pushes both of its points the same way
+            self._geometry = PairGeometry(pairs, len(self._masses), self._radius, self._sign)
+            self._shares, self._mean_pressures = np.empty((2, len(pairs.first)))
+        self._geometry.move_to(positions)
+        return self._geometry
 
-    def _push(self, fluid: _Fluid) -> Floats:
-        """Pressure force of each pair over its length, N/m, positive where the points repel."""
-        push = fluid.shares * fluid.mean_pressure * self._spiky * fluid.gap**2
-        push /= self._separation(fluid)
-        return push
+    def _fluid(self, configuration: Configuration) -> tuple[PairGeometry, Floats]:
+        """Work out the fluid: pairs, densities, and in place shares and mean pressures."""
+        geometry = self._look(configuration.positions)
+        densities = self._densities(geometry)
+        first, second = geometry.at_ends(self._masses / densities)
+        np.multiply(first, second, out=self._shares)  # m_i m_j/(ρ_i ρ_j)
+        first, second = geometry.at_ends(
+            0.5 * self._law.gas_constant * (densities - self._rest_densities)
+        )
+        combine = np.add if self._sign > 0 else np.subtract
+        combine(first, second, out=self._mean_pressures)  # (L_i ± L_j)/2
+        return geometry, densities
 
-    def _drag(self, fluid: _Fluid) -> Floats:
-        """Viscous force of each pair over its difference of velocity, N·s/m."""
-        drag: Floats = self._law.viscosity * self._spiky * fluid.shares * fluid.gap
-        return drag
-
-    def _separation(self, fluid: _Fluid) -> Floats:
-        """Lengths, kept above zero: points at one place push each other nowhere."""
-        return np.maximum(fluid.lengths, np.finfo(np.float64).tiny)
-
-    def _density(self, pairs: Pairs, lengths: Floats) -> Floats:
+    def _densities(self, geometry: PairGeometry) -> Floats:
         """ρ_i, kg/m³, eq. 5; a point counts itself."""
-        inside = np.maximum(self._radius**2 - lengths * lengths, 0.0)
-        kernel = self._poly6 * (inside * inside * inside)  # a product: np.power is ten times slower
-        density = self._density_change(pairs, kernel)
+        inside = np.multiply(geometry.lengths, geometry.lengths, out=geometry.carried[0])
+        np.subtract(self._radius**2, inside, out=inside)
+        np.maximum(inside, 0.0, out=inside)
+        np.multiply(inside, inside, out=geometry.weights)
+        geometry.weights *= inside  # products: np.power is ten times slower
+        density = geometry.neighbour_sum(self._poly6 * self._masses)
         density += self._masses * (self._poly6 * self._radius**6)
         return density
 
-    def _density_change(self, pairs: Pairs, kernel: Floats) -> Floats:
+    def _push(self, geometry: PairGeometry) -> Floats:
+        """Pressure force of each pair over its length, N/m, positive where the points repel."""
+        push = np.multiply(geometry.gap, geometry.gap, out=geometry.weights)
+        push *= self._shares
+        push *= self._mean_pressures
+        push /= geometry.lengths
+        push *= self._spiky
+        return push
+
+    def _drag(self, geometry: PairGeometry, velocities: Floats) -> Floats:
+        """Viscous force Σ_j w_ij (v_j − v_i), N, shape (3, n)."""
+        np.multiply(self._shares, geometry.gap, out=geometry.weights)
+        weighted = np.empty((velocities.shape[1], 4))
+        weighted[:, :3], weighted[:, 3] = velocities.T, 1.0
+        weighted *= self._law.viscosity * self._spiky
+        of_neighbours = geometry.neighbour_sum(weighted).T
+        return np.asarray(of_neighbours[:3] - of_neighbours[3] * velocities)
+
+    def _density_change(self, geometry: PairGeometry, kernel_change: Floats) -> Floats:
         """Σ_j m_j · (a kernel value for each pair)."""
-        change: Floats = pairs.to_first @ (self._masses[pairs.second] * kernel)
-        change += pairs.to_second @ (self._masses[pairs.first] * kernel)
-        return change
+        geometry.weights[:] = kernel_change
+        return geometry.neighbour_sum(self._masses)
 
     def _kernel_slope(self, lengths: Floats) -> Floats:
         """|dW_poly6/dr|."""
-        gap: Floats = np.maximum(self._radius**2 - lengths**2, 0.0)
-        return 6 * self._poly6 * lengths * gap**2
+        inside: Floats = np.maximum(self._radius**2 - lengths**2, 0.0)
+        return 6 * self._poly6 * lengths * inside**2
 
     def _force_change(self, configuration: Configuration, u: Floats) -> Floats:
         """(∂F/∂x) u of the pressure force."""
-        fluid = self._fluid(configuration)
-        pairs, gap, lengths = fluid.pairs, fluid.gap, self._separation(fluid)
-        du = _over(u, pairs)
-        dr = np.einsum("cp,cp->p", fluid.vectors, du) / lengths
-        d_density = self._density_change(pairs, -self._kernel_slope(fluid.lengths) * dr)
-        relative = d_density / fluid.densities
+        geometry, densities = self._fluid(configuration)
+        vectors, lengths, gap = geometry.vectors, geometry.lengths, geometry.gap
+        push = self._push(geometry).copy()
+        du = geometry.differences(u, np.empty_like(vectors))
+        dr = np.einsum("cp,cp->p", vectors, du) / lengths
+        d_density = self._density_change(geometry, -self._kernel_slope(lengths) * dr)
         # push = shares · mean · spiky · gap² / r, differentiated factor by factor
-        d_mean = (
-            0.5
-            * self._law.gas_constant
-            * (d_density[pairs.first] + self._sign * d_density[pairs.second])
-        )
-        push = self._push(fluid)
-        d_push = fluid.shares * d_mean * self._spiky * gap**2 / lengths
-        d_push -= push * (relative[pairs.first] + relative[pairs.second] + dr / lengths)
-        d_push -= 2 * fluid.shares * fluid.mean_pressure * self._spiky * gap * dr / lengths
-        change = d_push * fluid.vectors + push * du
-        if self._law.pressure == "difference":
-            return scatter(pairs.to_first + pairs.to_second, -change)
-        return scatter(pairs.gather_difference, change)
-
-
-def _over(values: Floats, pairs: Pairs) -> Floats:
-    return pair_differences(values, pairs.first, pairs.second)
+        first, second = geometry.at_ends(0.5 * self._law.gas_constant * d_density)
+        d_push = self._spiky * self._shares * (first + self._sign * second) * gap**2 / lengths
+        first, second = geometry.at_ends(d_density / densities)
+        d_push -= push * (first + second + dr / lengths)
+        d_push -= 2 * self._spiky * self._shares * self._mean_pressures * gap * dr / lengths
+        return geometry.onto_ends(d_push * vectors + push * du)

@@ -103,8 +103,8 @@ class ExplicitStepper(Stepper):
         if not needed <= allowed:
             raise StepLimitError(
                 f"{needed:.3g} substeps of {h:.3g} s are needed for the next {span:.3g} s, "
-                f"more than max_substeps = {parameters.max_substeps} allows; try a shorter communication "
-                "step, softer springs, or more mass"
+                f"more than max_substeps = {parameters.max_substeps} allows; try a shorter "
+                "communication step, softer springs, or more mass"
             )
         return max(1, math.ceil(needed * (1 - 1e-12)))
 

@@ -48,23 +48,22 @@ class _RK4(ExplicitStepper):
 
     def _march(self, state: State, inputs: Inputs, h: float) -> Iterator[Moment]:
         x, v = state.positions, state.velocities
-        here = self._at(x)
+        here = Configuration(self._model.mesh, x)
+
+        def acceleration(x: Floats, v: Floats) -> Floats:
+            here.move_to(x)
+            self.work.force_evaluations += 1
+            return self._model.inverse_masses * self._model.total_force(here, v, inputs)
+
         while True:
-            a1 = self._full_acceleration(here, v, inputs)
+            a1 = acceleration(x, v)
             v2 = v + 0.5 * h * a1
-            a2 = self._full_acceleration(self._at(x + 0.5 * h * v), v2, inputs)
+            a2 = acceleration(x + 0.5 * h * v, v2)
             v3 = v + 0.5 * h * a2
-            a3 = self._full_acceleration(self._at(x + 0.5 * h * v2), v3, inputs)
+            a3 = acceleration(x + 0.5 * h * v2, v3)
             v4 = v + h * a3
-            a4 = self._full_acceleration(self._at(x + h * v3), v4, inputs)
+            a4 = acceleration(x + h * v3, v4)
             x = x + h / 6 * (v + 2 * v2 + 2 * v3 + v4)
             v = v + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
-            here = self._at(x)
+            here.move_to(x)
             yield x, v, here
-
-    def _at(self, x: Floats) -> Configuration:
-        return Configuration(self._model.mesh, x)
-
-    def _full_acceleration(self, here: Configuration, v: Floats, inputs: Inputs) -> Floats:
-        self.work.force_evaluations += 1
-        return self._model.inverse_masses * self._model.total_force(here, v, inputs)

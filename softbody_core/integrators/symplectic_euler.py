@@ -31,5 +31,5 @@ class _SymplecticEuler(ExplicitStepper):
         while True:
             v = kick(model, here, v, self._acceleration(here, v, inputs), h)
             x = x + h * v
-            here = Configuration(model.mesh, x)
+            here.move_to(x)
             yield x, v, here

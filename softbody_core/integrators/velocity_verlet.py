@@ -44,7 +44,7 @@ class _VelocityVerlet(ExplicitStepper):
             v = kick(model, here, v, acceleration, h / 2)
             x = x + h * v
             predicted = kick(model, here, v, acceleration, h / 2)
-            here = Configuration(model.mesh, x)
+            here.move_to(x)
             acceleration = self._acceleration(here, predicted, inputs)
             v = kick(model, here, v, acceleration, h / 2)
             yield x, v, here

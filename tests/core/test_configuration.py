@@ -21,8 +21,11 @@ def test_geometry_agrees_with_trimesh(potato, seed):
     assert here.volume == pytest.approx(other.volume, rel=1e-11)
     np.testing.assert_allclose(here.bounding_box, other.bounds, rtol=0, atol=0)
     assert here.bounding_box_volume == pytest.approx(np.prod(other.extents), rel=1e-14)
-    areas = np.linalg.norm(here.area_vectors, axis=0)
-    np.testing.assert_allclose(areas, other.area_faces, rtol=1e-10)
+    shares = np.zeros_like(x.T)
+    for corner in potato.triangles.T:
+        np.add.at(shares, corner, other.face_normals * other.area_faces[:, None] / 3)
+    size = np.abs(shares).max()
+    np.testing.assert_allclose(here.volume_gradient.T, shares, atol=1e-12 * size)
     lengths = np.linalg.norm(np.diff(x.T[potato.edges], axis=1)[:, 0], axis=1)
     np.testing.assert_allclose(here.edge_lengths, lengths, rtol=1e-13)
 
@@ -62,6 +65,22 @@ def test_volume_survives_being_far_from_the_origin(potato):
 
 def test_nothing_is_computed_before_it_is_asked_for(potato):
     here = Configuration(potato, np.ascontiguousarray(potato.points.T))
-    assert set(vars(here)) == {"mesh", "positions"}
+    assert set(vars(here)) == {"mesh", "positions", "_arrays"}
+    assert not here._arrays
     _ = here.volume
     assert "edge_vectors" not in vars(here)
+
+
+@settings(max_examples=10, deadline=None)
+@given(seed=seeds)
+def test_a_moved_configuration_knows_nothing_of_where_it_was(potato, seed):
+    generator = np.random.default_rng(seed)
+    before, after = deformed(potato, generator), deformed(potato, generator)
+    moved, fresh = Configuration(potato, before), Configuration(potato, after)
+    names = ["volume", "volume_gradient", "edge_vectors", "edge_lengths", "bounding_box"]
+    arrays = [getattr(moved, name) for name in names]
+    moved.move_to(after)
+    for name, array in zip(names, arrays, strict=True):
+        np.testing.assert_array_equal(getattr(moved, name), getattr(fresh, name))
+        if name.startswith("edge"):
+            assert getattr(moved, name) is array  # nothing was allocated
