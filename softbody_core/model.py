@@ -131,7 +131,19 @@ class SoftBodyModel:
         """Pressure that drives the wall outward, γ (κN/B + ΔP), Pa."""
         if self._pressure is None:
             return 0.0
-        return self.weights.gamma * self._pressure.pressure(configuration, inputs)
+        gas_volume = self._pressure.gas_volume(configuration)
+        return self.weights.gamma * self._pressure.pressure(gas_volume, inputs)
+
+    def gas_volume(self, configuration: Configuration) -> float:
+        """B, m³; infinite in a scene without gas."""
+        return np.inf if self._pressure is None else self._pressure.gas_volume(configuration)
+
+    def load(self, gas_volume: float, inputs: Inputs) -> float:
+        """Force that the pressure exerts on the wall, over ∂V/∂x, Pa."""
+        if self._pressure is None:
+            return 0.0
+        law = self._pressure
+        return self.weights.gamma * law.share * law.pressure(gas_volume, inputs)
 
     @property
     def resistance(self) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -45,7 +46,8 @@ class NeighbourList:
 
     def __init__(self, radius: float) -> None:
         self._radius = radius
-        self._found: tuple[Floats, Pairs] | None = None
+        self._reach = (1 + SKIN) * radius
+        self._found: tuple[_Reference, Pairs] | None = None
         self._allowed = MOST_PAIRS
 
     def pairs(self, positions: Floats) -> Pairs:
@@ -63,18 +65,19 @@ class NeighbourList:
         CrowdedError
             If there are so many that the surface must have fallen in on itself.
         """
-        if self._found is None or self._moved(positions - self._found[0]):
+        if self._found is None:
             found = self._search(positions)
-            if self._found is None:
-                self._allowed = min(
-                    MOST_PAIRS, MOST_CROWDED * max(len(found.first), len(positions.T))
-                )
-            self._found = positions, found
+            usual = max(len(found.first), positions.shape[1])
+            self._allowed = min(MOST_PAIRS, MOST_CROWDED * usual)
+            self._found = _Reference(positions), found
+        elif not self._holds(self._found[0], positions):
+            self._found = _Reference(positions), self._search(positions)
         return self._found[1]
 
-    def _moved(self, moved: Floats) -> bool:
-        # Two points that each move half the skin towards each other may have become neighbours.
-        return bool(np.einsum("cn,cn->n", moved, moved).max() > (0.5 * SKIN * self._radius) ** 2)
+    def _holds(self, reference: _Reference, positions: Floats) -> bool:
+        """Whether no two points that were out of reach can be within the radius now."""
+        bounds = (reference.least_distance, reference.least_distance_if_affine)
+        return any(bound(positions, self._reach) > self._radius for bound in bounds)
 
     def _search(self, positions: Floats) -> Pairs:
         n = positions.shape[1]
@@ -82,11 +85,42 @@ class NeighbourList:
         if not np.isfinite(np.vdot(positions, positions)):
             nobody = np.empty(0, dtype=np.int64)
             return Pairs(nobody, nobody)
-        tree, reach = cKDTree(positions.T), (1 + SKIN) * self._radius
+        tree = cKDTree(positions.T)
         if n * (n - 1) // 2 > self._allowed:
-            count = (int(tree.count_neighbors(tree, reach)) - n) // 2
+            count = (int(tree.count_neighbors(tree, self._reach)) - n) // 2
             if count > self._allowed:
                 raise CrowdedError(count, n, self._radius)
-        found = tree.query_pairs(reach, output_type="ndarray").astype(np.int64)
-        found = found[np.argsort(found[:, 0] * n + found[:, 1])]
-        return Pairs(*np.ascontiguousarray(found.T))
+        found = tree.query_pairs(self._reach, output_type="ndarray").astype(np.int64)
+        first, second = np.divmod(np.sort(found[:, 0] * n + found[:, 1]), n)
+        return Pairs(first, second)
+
+
+class _Reference:
+    """Positions at which a list was made, m, shape (3, n)."""
+
+    def __init__(self, positions: Floats) -> None:
+        self._positions = positions
+        self._centred = positions - positions.mean(axis=1, keepdims=True)
+        self._inverse = np.linalg.pinv(self._centred @ self._centred.T)
+
+    def least_distance(self, positions: Floats, apart: float) -> float:
+        """Lower bound of the distance, m, of two points that were at least `apart` here."""
+        return apart - 2 * _farthest(positions - self._positions)
+
+    def least_distance_if_affine(self, positions: Floats, apart: float) -> float:
+        """Another one, which a body that breathes or turns does not lower.
+
+        The motion since is split into an affine map, which shortens no distance by more than its
+        smallest stretch, and the rest.
+        """
+        centred = positions - positions.mean(axis=1, keepdims=True)
+        affine = centred @ self._centred.T @ self._inverse
+        if not np.isfinite(affine).all():
+            return 0.0
+        stretch = float(np.linalg.svd(affine, compute_uv=False)[-1])
+        return stretch * apart - 2 * _farthest(centred - affine @ self._centred)
+
+
+def _farthest(moves: Floats) -> float:
+    """Largest length of the columns of a (3, n) array."""
+    return math.sqrt(np.einsum("cn,cn->n", moves, moves).max())

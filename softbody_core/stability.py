@@ -14,7 +14,7 @@ from softbody_core.state import State
 LARGEST_VOLUME_RATIO = 1000.0
 """Enclosed volume over rest volume that counts as a runaway."""
 
-_CALMER = "a smaller step, smaller inputs, a larger alpha, or more damping"
+CALMER = "a smaller step, smaller inputs, a larger alpha, or more damping"
 _FIRMER = "a larger delta_p or n, a larger gamma, or stiffer springs: the body has collapsed"
 
 
@@ -40,14 +40,18 @@ def check_finite(state: State) -> None:
     """Raise `DivergenceError` for NaN or Inf."""
     for quantity, values in (("a position", state.positions), ("a velocity", state.velocities)):
         if not np.isfinite(values).all():
-            raise DivergenceError(state.time, quantity, math.nan, _CALMER)
+            raise DivergenceError(state.time, quantity, math.nan, CALMER)
 
 
 def check_volume(time: float, configuration: Configuration) -> None:
     """Raise `DivergenceError` for a collapsed or a runaway volume."""
     ratio = configuration.volume / configuration.mesh.volume
-    if 0 < ratio <= LARGEST_VOLUME_RATIO:
-        return
+    if not 0 < ratio <= LARGEST_VOLUME_RATIO:
+        raise diverged_volume(time, ratio)
+
+
+def diverged_volume(time: float, ratio: float) -> DivergenceError:
+    """Error for a volume that is no longer physical, as a ratio to that at rest."""
     # A wall that meets itself has a volume near 0; far beyond on either side, it flew apart.
-    advice = _FIRMER if -1 <= ratio <= 0 else _CALMER
-    raise DivergenceError(time, "volume over rest volume", ratio, advice)
+    advice = _FIRMER if -1 <= ratio <= 1 else CALMER
+    return DivergenceError(time, "volume over rest volume", ratio, advice)

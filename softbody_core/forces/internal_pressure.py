@@ -49,9 +49,14 @@ class InternalPressure(Parameters):
         """Fill the surface."""
         return BoundPressure(self, mesh, masses)
 
-    def pressure(self, configuration: Configuration, inputs: Inputs) -> float:
-        """κN/B + ΔP, Pa."""
-        return self.gas_energy * inputs.n / self.gas_volume(configuration) + inputs.delta_p
+    @property
+    def share(self) -> float:
+        """Area that a point feels, as a multiple of ∂V/∂x."""
+        return 1.0 if self.area_share == "third" else 3.0
+
+    def pressure(self, gas_volume: float, inputs: Inputs) -> float:
+        """κN/B + ΔP, Pa, where the gas fills the volume B, m³."""
+        return self.gas_energy * inputs.n / gas_volume + inputs.delta_p
 
     def gas_volume(self, configuration: Configuration) -> float:
         """B, the volume that the gas fills, m³."""
@@ -65,12 +70,12 @@ class BoundPressure(BoundForce):
 
     def __init__(self, law: InternalPressure, mesh: SurfaceMesh, masses: Floats) -> None:
         self.law = law
-        self._share = 1.0 if law.area_share == "third" else 3.0
+        self._share = law.share
         self._mesh = mesh
         self._masses = masses
 
     def force(self, configuration: Configuration, velocities: Floats, inputs: Inputs) -> Floats:
-        pressure = self.law.pressure(configuration, inputs)
+        pressure = self.law.pressure(self.law.gas_volume(configuration), inputs)
         return (self._share * pressure) * configuration.volume_gradient
 
     def energy(self, configuration: Configuration, inputs: Inputs) -> float | None:
@@ -83,7 +88,7 @@ class BoundPressure(BoundForce):
         return self._share * float(gas + driven)
 
     def stiffness(self, configuration: Configuration, inputs: Inputs) -> Tangent:
-        pressure = self.law.pressure(configuration, inputs)
+        pressure = self.law.pressure(self.law.gas_volume(configuration), inputs)
         return Tangent(
             sparse=-self._share * pressure * self._area_curvature(configuration),
             rank_one=self.rank_one_stiffness(configuration, inputs),
@@ -97,7 +102,7 @@ class BoundPressure(BoundForce):
         )
         ends = self._mesh.edges
         row_sums = np.bincount(ends.ravel(), np.repeat(wings / 6, 2), len(self._masses))
-        pressure = self._share * abs(self.law.pressure(configuration, inputs))
+        pressure = self._share * abs(self.law.pressure(self.law.gas_volume(configuration), inputs))
         bound = pressure * float(np.max(row_sums / self._masses))
         for coefficient, left, right in self.rank_one_stiffness(configuration, inputs):
             sizes = (np.linalg.norm(v / np.sqrt(self._masses)) for v in (left, right))

@@ -24,9 +24,6 @@ class PairGeometry:
         Number of points.
     radius : float
         h_w, m.
-    reaction : float
-        What a pair does to its first point is −1 times what it carries; this is the factor for its
-        second point: 1 where action equals reaction.
 
     Attributes
     ----------
@@ -38,12 +35,14 @@ class PairGeometry:
         h_w − r, m; 0 beyond the radius.
     weights : ndarray, shape (p,)
         To be filled before `neighbour_sum`.
+    velocities : ndarray, shape (3, p)
+        Room for differences of velocity, m/s.
     """
 
-    def __init__(self, pairs: Pairs, n_points: int, radius: float, reaction: float) -> None:
+    def __init__(self, pairs: Pairs, n_points: int, radius: float) -> None:
         p = len(pairs.first)
         self.pairs = pairs
-        self.vectors, self.carried = np.empty((2, 3, p))
+        self.vectors, self.velocities = np.empty((2, 3, p))
         self.lengths, self.gap, self._a, self._b = np.empty((4, p))
         self._radius = radius
         # In lexicographic order the pairs are the rows of an upper triangular matrix.
@@ -54,9 +53,9 @@ class PairGeometry:
         self._to_second = sp.csc_array(entries, shape=(n_points, n_points))
         self.weights = self._to_first.data = self._to_second.data
         ends = np.stack([pairs.first, pairs.second], axis=1).ravel()
-        signs = np.tile([-1.0, reaction], p)
-        onto_ends = sp.csc_array((signs, ends, np.arange(0, 2 * p + 1, 2)), shape=(n_points, p))
-        self._onto_ends = per_component(onto_ends.tocsr())
+        signs = np.tile([-1.0, 1.0], p)
+        columns = sp.csc_array((signs, ends, np.arange(0, 2 * p + 1, 2)), shape=(n_points, p))
+        self._onto_ends = per_component(columns.tocsr())
 
     def move_to(self, positions: Floats) -> None:
         """Look at other positions, m, shape (3, n)."""
@@ -79,11 +78,16 @@ class PairGeometry:
         return self._a, self._b
 
     def neighbour_sum(self, values: Floats) -> Floats:
-        """Σ_j w_ij · values_j with the weights as they stand; values of shape (n,) or (n, k)."""
+        """Σ_j w_ij · values_j with the weights as they stand; values of shape (n,)."""
         total: Floats = self._to_first @ values
         total += self._to_second @ values
         return total
 
+    def totals(self, values: Floats) -> Floats:
+        """Sum of the values of each point's pairs, shape (n,)."""
+        self.weights[:] = values
+        return self.neighbour_sum(np.ones(self._to_first.shape[0]))
+
     def onto_ends(self, carried: Floats) -> Floats:
-        """Sum what pairs carry, shape (3, p), onto their points, shape (3, n)."""
+        """What pairs carry, shape (3, p), added at their second points and taken from the first."""
         return scatter(self._onto_ends, carried)

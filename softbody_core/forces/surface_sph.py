@@ -79,12 +79,22 @@ class _BoundSPH(BoundForce):
 
     def force(self, configuration: Configuration, velocities: Floats, inputs: Inputs) -> Floats:
         geometry, _ = self._fluid(configuration)
-        push = self._push(geometry)
-        np.multiply(push, geometry.vectors, out=geometry.carried)
-        force = geometry.onto_ends(geometry.carried)
-        if self._law.viscosity:
-            force += self._drag(geometry, velocities)
-        return force
+        carried = geometry.vectors
+        carried *= self._push(geometry)
+        if not self._law.viscosity:
+            return self._pushed(geometry, carried)
+        drag = self._drag(geometry, velocities)
+        if self._sign < 0:
+            return self._pushed(geometry, carried) - geometry.onto_ends(drag)
+        carried -= drag
+        return geometry.onto_ends(carried)
+
+    def _pushed(self, geometry: PairGeometry, carried: Floats) -> Floats:
+        """Pressure force at the points from that of the pairs."""
+        if self._sign > 0:
+            return geometry.onto_ends(carried)
+        # as printed in the paper, a pair pushes both of its points the same way
+        return -np.stack([geometry.totals(row) for row in carried])
 
     def stiffness(self, configuration: Configuration, inputs: Inputs) -> Tangent:
         return Tangent(operator=lambda u: -self._force_change(configuration, u))
@@ -92,7 +102,7 @@ class _BoundSPH(BoundForce):
     def damping(self, configuration: Configuration) -> Tangent:
         def product(u: Floats) -> Floats:
             geometry, _ = self._fluid(configuration)
-            return -self._drag(geometry, u)
+            return geometry.onto_ends(self._drag(geometry, u))
 
         return Tangent(operator=product)
 
@@ -118,16 +128,13 @@ class _BoundSPH(BoundForce):
         return Rates(stiffness, drag)
 
     def _row_sum(self, geometry: PairGeometry, values: Floats) -> float:
-        geometry.weights[:] = values
-        rows = geometry.neighbour_sum(np.ones_like(self._masses))
-        return float(np.max(rows / self._masses))
+        return float(np.max(geometry.totals(values) / self._masses))
 
     def _look(self, positions: Floats) -> PairGeometry:
         """Return what lies between the points at these positions, m, shape (3, n)."""
         pairs = self._neighbours.pairs(positions)
         if self._geometry is None or self._geometry.pairs is not pairs:
-            # as printed in the paper, a pair pushes both of its points the same way
-            self._geometry = PairGeometry(pairs, len(self._masses), self._radius, self._sign)
+            self._geometry = PairGeometry(pairs, len(self._masses), self._radius)
             self._shares, self._mean_pressures = np.empty((2, len(pairs.first)))
         self._geometry.move_to(positions)
         return self._geometry
@@ -147,7 +154,7 @@ class _BoundSPH(BoundForce):
 
     def _densities(self, geometry: PairGeometry) -> Floats:
         """ρ_i, kg/m³, eq. 5; a point counts itself."""
-        inside = np.multiply(geometry.lengths, geometry.lengths, out=geometry.carried[0])
+        inside = np.multiply(geometry.lengths, geometry.lengths, out=geometry.velocities[0])
         np.subtract(self._radius**2, inside, out=inside)
         np.maximum(inside, 0.0, out=inside)
         np.multiply(inside, inside, out=geometry.weights)
@@ -158,7 +165,7 @@ class _BoundSPH(BoundForce):
 
     def _push(self, geometry: PairGeometry) -> Floats:
         """Pressure force of each pair over its length, N/m, positive where the points repel."""
-        push = np.multiply(geometry.gap, geometry.gap, out=geometry.weights)
+        push: Floats = np.multiply(geometry.gap, geometry.gap, out=geometry.weights)
         push *= self._shares
         push *= self._mean_pressures
         push /= geometry.lengths
@@ -166,13 +173,12 @@ class _BoundSPH(BoundForce):
         return push
 
     def _drag(self, geometry: PairGeometry, velocities: Floats) -> Floats:
-        """Viscous force Σ_j w_ij (v_j − v_i), N, shape (3, n)."""
+        """Viscous force of each pair on its first point, N, shape (3, p)."""
         np.multiply(self._shares, geometry.gap, out=geometry.weights)
-        weighted = np.empty((velocities.shape[1], 4))
-        weighted[:, :3], weighted[:, 3] = velocities.T, 1.0
-        weighted *= self._law.viscosity * self._spiky
-        of_neighbours = geometry.neighbour_sum(weighted).T
-        return np.asarray(of_neighbours[:3] - of_neighbours[3] * velocities)
+        geometry.weights *= self._law.viscosity * self._spiky
+        differences = geometry.differences(velocities, geometry.velocities)
+        differences *= geometry.weights
+        return differences
 
     def _density_change(self, geometry: PairGeometry, kernel_change: Floats) -> Floats:
         """Σ_j m_j · (a kernel value for each pair)."""
@@ -198,4 +204,4 @@ class _BoundSPH(BoundForce):
         first, second = geometry.at_ends(d_density / densities)
         d_push -= push * (first + second + dr / lengths)
         d_push -= 2 * self._spiky * self._shares * self._mean_pressures * gap * dr / lengths
-        return geometry.onto_ends(d_push * vectors + push * du)
+        return self._pushed(geometry, d_push * vectors + push * du)

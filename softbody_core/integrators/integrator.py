@@ -75,11 +75,12 @@ class Integrator(Protocol):
 
     Attributes
     ----------
-    order : int
-        Declared order of convergence of positions and velocities.
+    order : int or None
+        Declared order of convergence of positions and velocities; None for a scheme that neglects
+        something, and so converges to another motion.
     """
 
-    order: ClassVar[int]
+    order: ClassVar[int | None]
 
     def bind(self, model: SoftBodyModel) -> Stepper:
         """Prepare the scheme for one model."""

@@ -10,27 +10,24 @@ the rank-one parts follow by the Sherman-Morrison-Woodbury formula.
 
 from __future__ import annotations
 
-from collections import OrderedDict
-from typing import Any, NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
-import scipy.sparse as sp
-import scipy.sparse.linalg
 from numpy.typing import NDArray
 
 from softbody_core.configuration import Configuration
 from softbody_core.forces.force import RankOne
+from softbody_core.integrators.constant_operator import ConstantOperator
 from softbody_core.integrators.integrator import Work
 from softbody_core.model import SoftBodyModel
 from softbody_core.state import Inputs
 
 Floats = NDArray[np.float64]
 
-_KEPT_FACTORIZATIONS = 8
-
 
 class Stage(NamedTuple):
-    """Solution of the equation, and how it was reached."""
+    """Solution of the equation; its configuration holds until the next solution."""
 
     positions: Floats
     velocities: Floats
@@ -39,20 +36,27 @@ class Stage(NamedTuple):
 
 
 class Linearization:
-    """The iteration matrix at one configuration: P + Σ cᵢ lᵢ rᵢᵀ, ready to be solved with."""
+    """The iteration matrix at one configuration: P + Σ cᵢ lᵢ rᵢᵀ, ready to be solved with.
 
-    def __init__(
-        self, factor: Any, free: NDArray[np.bool_], parts: list[RankOne], work: Work
-    ) -> None:
-        self._work = work
-        self._factor = factor
-        self._free = free
+    Parameters
+    ----------
+    z : float
+        The equation's z, s.
+    base : callable
+        Solves with P for a right-hand side of shape (3, n).
+    parts : list of RankOne
+        The others.
+    """
+
+    def __init__(self, z: float, base: Callable[[Floats], Floats], parts: list[RankOne]) -> None:
+        self.z = z
+        self._base = base
         self._parts = [part for part in parts if part.coefficient != 0]
         if not self._parts:
             return
         # Gas and airway share the volume gradient as their left vector: solve for it once.
         lefts = {id(part.left): part.left for part in self._parts}
-        solved_for = {key: self._base(left) for key, left in lefts.items()}
+        solved_for = {key: base(left) for key, left in lefts.items()}
         self._solved = [solved_for[id(part.left)] for part in self._parts]
         coupling = [
             [np.vdot(part.right, solved) for solved in self._solved] for part in self._parts
@@ -68,12 +72,6 @@ class Linearization:
                 np.linalg.solve(self._small, projected), self._solved, strict=True
             ):
                 solution -= weight * solved
-        return solution
-
-    def _base(self, right_hand_side: Floats) -> Floats:
-        self._work.linear_solves += 1
-        solution = np.zeros_like(right_hand_side)
-        solution[:, self._free] = self._factor.solve(right_hand_side[:, self._free].T).T
         return solution
 
 
@@ -94,22 +92,15 @@ class QuasiNewton:
         self._work = work
         self._model = model
         self._max_iterations = max_iterations
-        self._free = model.inverse_masses > 0
-        n = model.mesh.n_points
-        self._stiffness, self._damping = sp.csr_array((n, n)), sp.csr_array((n, n))
-        for weight, term in model.terms:
-            operators = term.bounding_operators()
-            if operators is not None:
-                self._stiffness = self._stiffness + weight * operators[0]
-                self._damping = self._damping + weight * operators[1]
-        self._factors: OrderedDict[float, Any] = OrderedDict()
+        self._operator = ConstantOperator(model, work)
+        self._configuration = Configuration(model.mesh, np.ascontiguousarray(model.mesh.points.T))
 
     def solve(
         self,
         base_positions: Floats,
         base_velocities: Floats,
         guess: Floats,
-        z: float,
+        linearization: Linearization,
         inputs: Inputs,
         tolerance: float,
     ) -> Stage:
@@ -121,63 +112,45 @@ class QuasiNewton:
             x*, m, and v*, m/s.
         guess : ndarray, shape (3, n)
             Where to start, m/s.
-        z : float
-            s.
+        linearization : Linearization
+            Iteration matrix; it holds z.
         inputs : Inputs
             Held.
         tolerance : float
-            Root-mean-square change of the positions in the last iteration, m.
+            Root-mean-square error of the positions that is left, m, as estimated from how fast the
+            corrections shrink.
         """
-        model, velocities = self._model, guess
-        linearization: Linearization | None = None
-        last_change = np.inf
+        model, z, here = self._model, linearization.z, self._configuration
+        velocities, last_change, converged = guess, np.inf, False
         for _ in range(self._max_iterations):
-            positions = base_positions + z * velocities
-            configuration = Configuration(model.mesh, positions)
+            here.move_to(base_positions + z * velocities)
             self._work.force_evaluations += 1
-            residual = z * model.total_force(configuration, velocities, inputs)
+            residual = z * model.total_force(here, velocities, inputs)
             residual -= model.masses * (velocities - base_velocities)
-            if linearization is None:
-                linearization = self.linearize(configuration, z, inputs)
             correction = linearization.solve(residual)
             velocities = velocities + correction
             change = z * float(np.sqrt(np.mean(correction**2) * 3))
             if not np.isfinite(change) or change > 10 * last_change:
                 break
-            if change <= tolerance:
-                positions = base_positions + z * velocities
-                return Stage(positions, velocities, Configuration(model.mesh, positions), True)
+            converged = change <= tolerance
+            if converged:
+                break
             last_change = change
-        return Stage(positions, velocities, configuration, False)
+        here.move_to(base_positions + z * velocities)
+        return Stage(here.positions, velocities, here, converged)
 
-    def linearize(self, configuration: Configuration, z: float, inputs: Inputs) -> Linearization:
-        """Iteration matrix at a configuration."""
+    def linearize(self, positions: Floats, z: float, inputs: Inputs) -> Linearization:
+        """Iteration matrix at positions, m, shape (3, n), for an equation's z, s."""
+        here = self._configuration
+        here.move_to(positions)
         parts = [
             part._replace(coefficient=z * z * weight * part.coefficient)
             for weight, term in self._model.terms
-            for part in term.rank_one_stiffness(configuration, inputs)
+            for part in term.rank_one_stiffness(here, inputs)
         ]
         if self._model.airway is not None:
             parts += [
                 part._replace(coefficient=z * part.coefficient)
-                for part in self._model.airway.rank_one_damping(configuration)
+                for part in self._model.airway.rank_one_damping(here)
             ]
-        return Linearization(self._factor(z), self._free, parts, self._work)
-
-    def _factor(self, z: float) -> Any:
-        """Factorization of M + z² K̄ + z C̄ over the free points."""
-        if z in self._factors:
-            self._factors.move_to_end(z)
-            return self._factors[z]
-        matrix = sp.diags_array(self._model.masses) + z * z * self._stiffness + z * self._damping
-        matrix = sp.csc_array(matrix)[self._free][:, self._free]
-        factor = scipy.sparse.linalg.splu(
-            sp.csc_matrix(matrix),
-            permc_spec="MMD_AT_PLUS_A",
-            diag_pivot_thresh=0.0,
-            options={"SymmetricMode": True},
-        )
-        self._factors[z] = factor
-        if len(self._factors) > _KEPT_FACTORIZATIONS:
-            self._factors.popitem(last=False)
-        return factor
+        return Linearization(z, lambda b: self._operator.solve((1.0, z * z, z), b), parts)

@@ -29,7 +29,7 @@ class RK4(ExplicitParameters):
     The airway's resistance is explicit here, so a large one makes substeps small.
     """
 
-    order: ClassVar[int] = 4
+    order: ClassVar[int | None] = 4
 
     def bind(self, model: SoftBodyModel) -> Stepper:
         """Prepare the scheme for one model."""

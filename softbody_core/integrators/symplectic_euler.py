@@ -17,7 +17,7 @@ from softbody_core.state import Inputs, State
 class SymplecticEuler(ExplicitParameters):
     """First order, one force evaluation a substep (Hairer, Lubich & Wanner 2006, section I.1)."""
 
-    order: ClassVar[int] = 1
+    order: ClassVar[int | None] = 1
 
     def bind(self, model: SoftBodyModel) -> Stepper:
         """Prepare the scheme for one model."""

@@ -23,7 +23,7 @@ class VelocityVerlet(ExplicitParameters):
     its start; that keeps the second order.
     """
 
-    order: ClassVar[int] = 2
+    order: ClassVar[int | None] = 2
 
     def bind(self, model: SoftBodyModel) -> Stepper:
         """Prepare the scheme for one model."""

@@ -29,7 +29,10 @@ FIXED: dict[str, dict[str, float]] = {
     "velocity-verlet": {},
     "rk4": {},
     # a tolerance that never asks for a shorter step, and stages solved far below the error
-    "sdirk2": {"tolerance": 10.0, "solver_accuracy": 1e-11, "max_iterations": 200},
+    **dict.fromkeys(
+        ["backward-euler", "sdirk2", "bdf2"],
+        {"tolerance": 10.0, "solver_accuracy": 1e-11, "max_iterations": 200},
+    ),
 }
 """Options that make a scheme take equal steps. A new scheme fails until it has an entry."""
 
@@ -72,13 +75,17 @@ def reference(model, start, end):
     return solution.y[:, -1]
 
 
+ORDERED = [name for name, scheme in INTEGRATORS.items() if scheme.order is not None]
+
+
 @pytest.mark.parametrize("resistance", [0.0, 2e4], ids=["open", "resisting"])
-@pytest.mark.parametrize("name", INTEGRATORS)
+@pytest.mark.parametrize("name", ORDERED)
 def test_the_declared_order_is_reached(name, resistance):
     model, start = wobbling(resistance)
     end = 0.05
     exact = reference(model, start, end)
-    counts = np.array([32, 64, 128])
+    # implicit schemes resolve the airway's resistance, which decays within 1/400 s, later
+    counts = np.array([128, 256, 512] if "tolerance" in FIXED[name] else [32, 64, 128])
     errors = []
     for count in counts:
         body = SoftBody(model, with_step(name, end / count))
@@ -92,15 +99,20 @@ def test_the_declared_order_is_reached(name, resistance):
     assert order == pytest.approx(INTEGRATORS[name].order, abs=0.05)
 
 
-@pytest.mark.parametrize("name", INTEGRATORS)
+@pytest.mark.parametrize("name", ORDERED)
 def test_free_fall(name):
     """x = −g t²/2 for every point; springs do not notice."""
+    g = 9.80665
     model = SoftBodyModel(ball(30, 0.08), 0.5, [MassSpring(20.0), Gravity()])
     body = SoftBody(model, with_step(name, 1e-3))
     body.step(0.1)
     fallen = body.positions - model.mesh.points
-    error = {1: 9.80665 * 0.1 * 1e-3 / 2}.get(INTEGRATORS[name].order, 0.0)  # g t h/2 at order 1
-    np.testing.assert_allclose(fallen[:, 2], -9.80665 * 0.1**2 / 2 - error, rtol=1e-8)
+    h = 0.1 / body.work.steps
+    # g t h/2 for first order. BDF2 starts with backward Euler, whose g h²/2 it carries on 3/2-fold:
+    # 3/2 and −1/2 are the shares of the roots 1 and 1/3 of its polynomial.
+    errors = {"bdf2": 1.5 * g * h**2 / 2}
+    error = g * 0.1 * h / 2 if INTEGRATORS[name].order == 1 else errors.get(name, 0.0)
+    np.testing.assert_allclose(fallen[:, 2], -g * 0.1**2 / 2 - error, rtol=1e-8)
     np.testing.assert_allclose(fallen[:, :2], 0, atol=1e-10)
 
 
@@ -141,7 +153,7 @@ def test_verlet_keeps_energy_of_undamped_springs():
     assert coarse / fine == pytest.approx(4, rel=0.35)
 
 
-@pytest.mark.parametrize("name", INTEGRATORS)
+@pytest.mark.parametrize("name", ORDERED)
 def test_a_free_body_keeps_its_momentum(name):
     laws = [MassSpring(100.0, 0.1), SurfaceSPH(30.0, 0.5), InternalPressure(1e-3)]
     model = SoftBodyModel(ball(60, 0.08), 0.5, [*laws, AirwayResistance(1e5)])
@@ -153,20 +165,22 @@ def test_a_free_body_keeps_its_momentum(name):
         body.step(0.01, delta_p=200.0, n=4000.0)
     # explicit schemes add forces that cancel pair by pair; implicit stages stop at their tolerance
     after = body.state.velocities @ model.masses
-    np.testing.assert_allclose(after, momentum, atol=1e-12 if name != "sdirk2" else 1e-5)
+    np.testing.assert_allclose(after, momentum, atol=1e-5 if "tolerance" in FIXED[name] else 1e-12)
 
 
-def test_sdirk2_halves_its_error_with_its_tolerance():
-    """The error falls with the tolerance; its estimate is of third order, so by about 2/3 power."""
+@pytest.mark.parametrize(
+    ("name", "power"), [("backward-euler", 1 / 2), ("sdirk2", 2 / 3), ("bdf2", 2 / 3)]
+)
+def test_the_error_falls_with_the_tolerance(name, power):
+    """By the power p/(p + 1): a step's error is of order p + 1, and there are more steps."""
     model, start = wobbling(2e4)
     exact = reference(model, start, 0.2)
     errors = []
     for tolerance in (1e-3, 1e-4, 1e-5, 1e-6):
-        body = SoftBody(model, INTEGRATORS["sdirk2"](tolerance=tolerance, max_iterations=50))
+        body = SoftBody(model, INTEGRATORS[name](tolerance=tolerance, max_iterations=50))
         body.state = start
         body.step(0.2, INPUTS.delta_p, INPUTS.n)
         positions = body.state.positions.ravel()
         errors.append(np.abs(positions - exact[: positions.size]).max())
     slope = np.polyfit(np.log([1e-3, 1e-4, 1e-5, 1e-6]), np.log(errors), 1)[0]
-    assert 0.45 < slope < 1.05
-    assert errors[-1] < 1e-5
+    assert power - 0.2 < slope < power + 0.35  # steps are powers of two, so the errors scatter

@@ -1,0 +1,187 @@
+"""The shapes that a body takes at rest as its volume rises and falls.
+
+At rest the internal forces balance a uniform pressure: F(x) + p ∂V/∂x = 0. So to a volume belong a
+shape x, an elastic recoil p, and what the dampers resist, whatever ΔP and N are. There may be
+several such shapes: a surface that has folded out may not fold in again on the same way back. So
+shapes follow from each other, as stations on a path, and a path once gone is remembered.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softbody_core.configuration import Configuration
+from softbody_core.errors import ParameterError
+from softbody_core.integrators.anderson import Anderson
+from softbody_core.integrators.constant_operator import ConstantOperator
+from softbody_core.integrators.integrator import Work
+from softbody_core.model import SoftBodyModel
+from softbody_core.state import Inputs
+
+Floats = NDArray[np.float64]
+
+_MEMORY = 8
+_STILL = 1e-9
+"""Mass term in the iteration matrix, as a share of its stiffness: it keeps a free body in place."""
+_UNBALANCED = 1e-6
+"""Resultant of the forces on a free body at rest, as a share of their sum, that counts as one."""
+
+
+class Balance(NamedTuple):
+    """What a body at rest does at one volume.
+
+    Attributes
+    ----------
+    recoil : float
+        p, Pa.
+    drag : float
+        Pressure that the dampers add per flow, Pa·s/m³.
+    gas_volume : float
+        B, m³.
+    """
+
+    recoil: float
+    drag: float
+    gas_volume: float
+
+
+@dataclass(frozen=True, eq=False)
+class Station:
+    """One shape at rest.
+
+    Attributes
+    ----------
+    index : int
+        Its volume is V₀ exp(index · spacing).
+    positions : ndarray, shape (3, n)
+        m.
+    outward : ndarray, shape (3, n)
+        Move that adds to the volume, along the path by which the shape was reached, m.
+    balance : Balance
+        Recoil, drag, gas volume.
+    """
+
+    index: int
+    positions: Floats
+    outward: Floats
+    balance: Balance
+
+
+class Shapes:
+    """Finds the shape at rest that follows from another.
+
+    The iteration uses the constant operator of the springs and Anderson acceleration.
+
+    Parameters
+    ----------
+    model : SoftBodyModel
+        Forces; they must be able to balance at rest.
+    spacing : float
+        Logarithm of the ratio of neighbouring volumes.
+    tolerance : float
+        Change of the recoil in one iteration that ends it, over the recoil by which the springs'
+        operator would resist a doubled volume.
+    max_iterations : int
+        Iterations for one shape. Directions in which the surface is all but free to move converge
+        slowly, and matter little to the recoil: an iteration that ends here is accepted.
+    work : Work
+        Where evaluations and solutions are counted.
+
+    Raises
+    ------
+    ParameterError
+        If nothing holds the surface together, or forces move a body that nothing holds in place.
+    """
+
+    def __init__(
+        self,
+        model: SoftBodyModel,
+        spacing: float,
+        tolerance: float,
+        max_iterations: int,
+        work: Work,
+    ) -> None:
+        self._model = model
+        self._spacing = spacing
+        self._max_iterations = max_iterations
+        self._work = work
+        self._operator = ConstantOperator(model, work)
+        stiffness = float(self._operator.stiffness.diagonal().mean())
+        if stiffness == 0:
+            raise ParameterError(
+                "quasi-static needs a law that holds the surface together: add mass_spring with a "
+                "positive stiffness, or choose another integrator"
+            )
+        self._coefficients = (_STILL * stiffness / float(model.masses.mean()), 1.0, 0.0)
+        rest = np.ascontiguousarray(model.mesh.points.T)
+        self._still = np.zeros_like(rest)
+        self._here = Configuration(model.mesh, rest)
+        self._refuse_what_falls()
+        area = self._here.volume_gradient
+        yielding = self._operator.solve(self._coefficients, area)
+        self.scale = model.mesh.volume / float(np.vdot(area, yielding))
+        self.accuracy = tolerance * self.scale
+        self._swelling = yielding
+
+    def volume(self, index: int) -> float:
+        """Volume of a station, m³."""
+        return self._model.mesh.volume * math.exp(index * self._spacing)
+
+    def rest(self) -> Station:
+        """Shape at rest at the volume of the mesh."""
+        rest = np.ascontiguousarray(self._model.mesh.points.T)
+        return self._settle(0, rest, self._swelling, rest)
+
+    def next(self, station: Station, step: int) -> Station:
+        """Shape that follows when the volume rises (step = 1) or falls (step = −1)."""
+        index = station.index + step
+        self._here.move_to(station.positions)
+        gain = float(np.vdot(self._here.volume_gradient, station.outward))
+        move = station.outward * ((self.volume(index) - self._here.volume) / gain)
+        return self._settle(index, station.positions, move, station.positions + move)
+
+    def _settle(self, index: int, start: Floats, move: Floats, x: Floats) -> Station:
+        """Iterate from x, where a move along the path has led from `start`."""
+        volume, arriving = self.volume(index), x is not start
+        accelerate, recoil = Anderson(_MEMORY), math.inf
+        for _ in range(self._max_iterations):
+            self._here.move_to(x)
+            force, area = self._force(self._still), self._here.volume_gradient
+            # For a virtual move along the path, the error of the recoil is of second order.
+            last, recoil = recoil, -float(np.vdot(force, move) / np.vdot(area, move))
+            if abs(recoil - last) <= self.accuracy:
+                break
+            solved = self._operator.solve(self._coefficients, np.concatenate([force, area]))
+            gap = volume - self._here.volume - float(np.vdot(area, solved[:3]))
+            correction = solved[:3] + solved[3:] * (gap / float(np.vdot(area, solved[3:])))
+            x = accelerate.next(x, correction)
+            if arriving:
+                move = x - start
+        self._here.move_to(x)
+        outward = move * math.copysign(1.0, float(np.vdot(self._here.volume_gradient, move)))
+        slope = outward / float(np.vdot(self._here.volume_gradient, outward))
+        drag = float(np.vdot(self._force(self._still) - self._force(slope), slope))
+        balance = Balance(recoil, drag, self._model.gas_volume(self._here))
+        return Station(index, x, outward, balance)
+
+    def _force(self, velocities: Floats) -> Floats:
+        """Force without pressure, N, where the surface stands."""
+        self._work.force_evaluations += 1
+        return self._model.force(self._here, velocities, Inputs())
+
+    def _refuse_what_falls(self) -> None:
+        if (self._model.inverse_masses == 0).any():
+            return
+        force = self._force(self._still)
+        resultant = float(np.linalg.norm(force.sum(axis=1)))
+        if resultant > _UNBALANCED * float(np.abs(force).sum()) and resultant > 0:
+            raise ParameterError(
+                f"quasi-static needs a body at rest, but nothing holds this one against a force of "
+                f"{resultant:.3g} N; pin it (constraints), set the weight of gravity delta = 0, or "
+                "choose another integrator"
+            )
