@@ -12,9 +12,12 @@ from scenarios.errors import OutputError, RunError, ScenarioError
 from scenarios.plots import overview
 from scenarios.runner import Progress, run
 from scenarios.schema import Scenario
+from scenarios.tradeoff.grid import GridProgress, trade
+from scenarios.tradeoff.reference import reference, volume_error
 
 __all__ = [
     "Compartment",
+    "GridProgress",
     "OutputError",
     "Progress",
     "RunError",
@@ -25,5 +28,8 @@ __all__ = [
     "load",
     "names",
     "overview",
+    "reference",
     "run",
+    "trade",
+    "volume_error",
 ]

@@ -3,22 +3,23 @@
 from __future__ import annotations
 
 import sys
-import tomllib
 from importlib.metadata import version
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from cyclopts import App, CycloptsError, Parameter
 from rich.console import Console
 
-from cosim import UnitError, quantity
 from cosim.controllers import CONTROLLERS, build, controller_source
+from scenarios.arguments import chosen, seconds
 from scenarios.catalogue import load, names
-from scenarios.errors import RunError, ScenarioError
+from scenarios.errors import RunError
+from scenarios.extremes.command import extremes_
 from scenarios.output import check_writable, save
 from scenarios.plots import save_overview
 from scenarios.report import progress_bar, show_breaths, show_controller
 from scenarios.runner import run, with_controller
+from scenarios.tradeoff.command import trade_
 from softbody_core import SoftBodyError
 
 BAD_INPUT, FAILED_RUN, INTERRUPTED = 2, 3, 130
@@ -32,6 +33,8 @@ app = App(
 )
 controller_app = App(name="controller", help="Controllers: list them, or write one as an FMU.")
 app.command(controller_app)
+app.command(trade_, name="trade")
+app.command(extremes_, name="extremes")
 
 
 @app.command(name="list")
@@ -77,23 +80,19 @@ def run_(
     quiet
         Print nothing but errors.
     """
-    changes: dict[str, Any] = dict(_assignment(text) for text in set_)
-    if cycles is not None:
-        changes.update([_assignment(f"run.cycles={cycles}")])
-    chosen = load(scenario, changes)
-    if set_ and "title" not in changes:  # or a picture of another lung would bear this one's title
-        chosen = chosen.changed({"title": f"{chosen.title}; {', '.join(set_)}"})
+    scene = chosen(scenario, set_, cycles)
+    every = None if positions is None else seconds(positions, "--positions")
     check_writable(output, ".nc")
     picture = output.with_suffix(".png")
     if plot:
         check_writable(picture, ".png")
     out = Console(quiet=quiet)
     if controller is not None:
-        chosen = with_controller(chosen, controller)
+        scene = with_controller(scene, controller)
     failure: RunError | None = None
     with progress_bar(out) as progress:
         try:
-            dataset = run(chosen, positions_every=_interval(positions), progress=progress)
+            dataset = run(scene, positions_every=every, progress=progress)
         except RunError as error:
             failure, dataset = error, error.dataset
     save(dataset, output)
@@ -102,7 +101,7 @@ def run_(
         save_overview(dataset, picture)
         written.append(picture)
     show_breaths(out, dataset)
-    show_controller(out, chosen.controller)
+    show_controller(out, scene.controller)
     out.print(f"wrote {' and '.join(map(str, written))}", highlight=False, soft_wrap=True)
     if failure is not None:
         raise failure
@@ -133,26 +132,6 @@ def build_controller(
     check_writable(output, ".fmu")
     path = Path(source) if source.endswith(".py") else controller_source(source)
     Console().print(f"wrote {build(path, output)}", highlight=False, soft_wrap=True)
-
-
-def _assignment(text: str) -> tuple[str, Any]:
-    """Split "path=value"; the value is TOML where it can be read so, and text otherwise."""
-    path, equals, value = text.partition("=")
-    if not equals or not path:
-        raise ScenarioError(f"--set {text!r}: expected path=value, such as forces.alpha=0.5")
-    try:
-        return path.strip(), tomllib.loads(f"value = {value}")["value"]
-    except tomllib.TOMLDecodeError:
-        return path.strip(), value.strip()
-
-
-def _interval(text: str | None) -> float | None:
-    if text is None:
-        return None
-    try:
-        return quantity(text, "s")
-    except UnitError as error:
-        raise ScenarioError(f"--positions: {error}") from error
 
 
 def main(arguments: list[str] | None = None) -> int:

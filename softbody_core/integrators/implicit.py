@@ -44,9 +44,9 @@ class ImplicitParameters(Parameters):
     """
 
     tolerance: Annotated[float, Quantity("1", above=0)] = 1e-3
-    solver_accuracy: Annotated[float, Quantity("1", above=0)] = 0.1
+    solver_accuracy: Annotated[float, Quantity("1", above=0)] = 0.01
     max_step: Annotated[float | None, Quantity("s", above=0)] = None
-    max_iterations: Annotated[int, Quantity("1", at_least=1)] = 12
+    max_iterations: Annotated[int, Quantity("1", at_least=1)] = 20
     max_steps: Annotated[int, Quantity("1", at_least=1)] = 10_000
 
 
