@@ -118,16 +118,20 @@ class SoftBody:
             self._stepper.recall(memory)
             self._stepper.work.reset_to(work)
             raise
+        seen = self._look_at(state, inputs)
         self.state, self._inputs = state, inputs
-        return self.observe()
+        return seen
 
     def observe(self) -> Observation:
         """Look at the body as it stands, under the inputs of its last step."""
-        here = Configuration(self.model.mesh, self.state.positions)
-        pressure = self.model.pressure(here, self._inputs)
-        flow = float(np.vdot(here.volume_gradient, self.state.velocities))
+        return self._look_at(self.state, self._inputs)
+
+    def _look_at(self, state: State, inputs: Inputs) -> Observation:
+        here = Configuration(self.model.mesh, state.positions)
+        pressure = self.model.pressure(here, inputs)
+        flow = float(np.vdot(here.volume_gradient, state.velocities))
         return Observation(
-            time=self.state.time,
+            time=state.time,
             volume=here.volume,
             bounding_box=here.bounding_box,
             bounding_box_volume=here.bounding_box_volume,

@@ -56,7 +56,10 @@ class InternalPressure(Parameters):
 
     def pressure(self, gas_volume: float, inputs: Inputs) -> float:
         """κN/B + ΔP, Pa, where the gas fills the volume B, m³."""
-        return self.gas_energy * inputs.n / gas_volume + inputs.delta_p
+        gas = self.gas_energy * inputs.n
+        if gas == 0:
+            return inputs.delta_p
+        return (gas / gas_volume if gas_volume > 0 else np.inf) + inputs.delta_p
 
     def gas_volume(self, configuration: Configuration) -> float:
         """B, the volume that the gas fills, m³."""

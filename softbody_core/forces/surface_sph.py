@@ -74,7 +74,8 @@ class _BoundSPH(BoundForce):
         self._poly6 = 315 / (64 * np.pi * h**9)  # W = poly6 (h² − r²)³
         self._spiky = 45 / (np.pi * h**6)  # −∇W = spiky (h − r)² r̂, ∇²W_viscosity = spiky (h − r)
         self._sign = 1.0 if law.pressure == "sum" else -1.0
-        geometry = self._look(np.ascontiguousarray(mesh.points.T))
+        self._rest = Configuration(mesh, np.ascontiguousarray(mesh.points.T))
+        geometry = self._look(self._rest.positions)
         self._rest_densities = self._densities(geometry)
 
     def force(self, configuration: Configuration, velocities: Floats, inputs: Inputs) -> Floats:
@@ -109,7 +110,13 @@ class _BoundSPH(BoundForce):
     def bounding_operators(self) -> tuple[sp.csr_array, sp.csr_array]:
         # The fluid resists a change of area like a membrane of modulus k times the mass per area.
         modulus = self._law.gas_constant * float(self._masses.sum()) / self._area
-        return modulus * self._laplacian, sp.csr_array(self._laplacian.shape)
+        # Its viscosity resists a uniform rate of stretch as dampers on the edges would.
+        self._fluid(self._rest)
+        geometry = self._look(self._rest.positions)
+        drag = self._law.viscosity * self._spiky * self._shares * geometry.gap
+        edges = float(np.vdot(self._rest.edge_lengths, self._rest.edge_lengths))
+        damping = float(np.vdot(drag, geometry.lengths**2)) / edges
+        return modulus * self._laplacian, damping * self._laplacian
 
     def rates(self, configuration: Configuration, inputs: Inputs) -> Rates:
         """Bound by the largest block row sum of M⁻¹K and of M⁻¹C."""

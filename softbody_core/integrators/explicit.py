@@ -75,12 +75,12 @@ class ExplicitStepper(Stepper):
         taken_before = self.work.steps
         remaining = 1.0  # share of dt, so that rounding cannot add or lose a substep
         while remaining > 0:
-            configuration = Configuration(self._model.mesh, state.positions)
-            allowed = self._parameters.max_substeps - (self.work.steps - taken_before)
-            needed = self._substeps_for(remaining * dt, configuration, inputs, allowed)
-            count = min(needed, RECHECK)
-            h = remaining * dt / needed
             with np.errstate(all="ignore"):  # what overflows is found here, and named
+                configuration = Configuration(self._model.mesh, state.positions)
+                allowed = self._parameters.max_substeps - (self.work.steps - taken_before)
+                needed = self._substeps_for(remaining * dt, configuration, inputs, allowed)
+                count = min(needed, RECHECK)
+                h = remaining * dt / needed
                 time = state.time
                 for taken, (x, v, here) in enumerate(self._march(state, inputs, h), start=1):
                     check_volume(time + taken * h, here)
@@ -99,12 +99,13 @@ class ExplicitStepper(Stepper):
         h = parameters.safety * self._limit(configuration, inputs)
         if parameters.max_substep is not None:
             h = min(h, parameters.max_substep)
-        needed = span / h
+        needed = span / h if h > 0 else math.inf
         if not needed <= allowed:
             raise StepLimitError(
                 f"{needed:.3g} substeps of {h:.3g} s are needed for the next {span:.3g} s, "
                 f"more than max_substeps = {parameters.max_substeps} allows; try a shorter "
-                "communication step, softer springs, or more mass"
+                "communication step, more mass, or less of what makes the body move fast (stiffness, "
+                "damping, viscosity, resistance, pressure)"
             )
         return max(1, math.ceil(needed * (1 - 1e-12)))
 

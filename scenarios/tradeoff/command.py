@@ -1,0 +1,84 @@
+"""The command ``softbody trade``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+from rich.console import Console
+
+from scenarios.arguments import chosen, seconds
+from scenarios.errors import RunError
+from scenarios.output import check_writable, save
+from scenarios.runner import with_controller
+from scenarios.tradeoff.axes import read_axes
+from scenarios.tradeoff.grid import trade
+from scenarios.tradeoff.plot import save_work_precision
+from scenarios.tradeoff.report import grid_bar, show_trade
+
+
+def trade_(
+    scenario: str,
+    /,
+    *,
+    axis: str = "integrator,dt",
+    controller: str | None = None,
+    set_: Annotated[tuple[str, ...], Parameter(name="--set", negative=())] = (),
+    cycles: str = "1",
+    output: Annotated[Path, Parameter(name=["--output", "-o"])] = Path("trade.nc"),
+    limit: str = "60 s",
+    all_: Annotated[bool, Parameter(name="--all", negative=())] = False,
+    plot: bool = True,
+    quiet: Annotated[bool, Parameter(negative=())] = False,
+) -> None:
+    """Run a grid of settings; write and print what accuracy costs.
+
+    Parameters
+    ----------
+    scenario
+        A name from `softbody list`, or a TOML file.
+    axis
+        What to vary, with commas: integrator, dt, tolerance, points, communication_step, algorithm.
+        Values of your own go behind it: --axis integrator=sdirk2:rk4,dt=1:0.5
+    controller
+        Another controller: a name from `softbody controller list`, or an FMU file.
+    set_
+        Change a value, such as --set forces.alpha=0.5 or --set "body.mass=0.4 kg". May be repeated.
+    cycles
+        Number of breaths in each run.
+    output
+        The netCDF4 file to write; the work-precision plot gets the same name with .png.
+    limit
+        Computing time after which a cell is stopped.
+    all_
+        Print all cells, not the Pareto front alone.
+    plot
+        Draw the work-precision plot.
+    quiet
+        Print nothing but errors.
+    """
+    scene = chosen(scenario, set_, cycles)
+    if controller is not None:
+        scene = with_controller(scene, controller)
+    axes, longest = read_axes(axis), seconds(limit, "--limit")
+    check_writable(output, ".nc")
+    picture = output.with_suffix(".png")
+    if plot:
+        check_writable(picture, ".png")
+    out = Console(quiet=quiet)
+    failure: RunError | None = None
+    with grid_bar(out) as progress:
+        try:
+            dataset = trade(scene, axes, scene.run.cycles, limit=longest, progress=progress)
+        except RunError as error:
+            failure, dataset = error, error.dataset
+    save(dataset, output)
+    written = [output]
+    if plot:
+        save_work_precision(dataset, picture)
+        written.append(picture)
+    show_trade(out, dataset, every=all_)
+    out.print(f"wrote {' and '.join(map(str, written))}", highlight=False, soft_wrap=True)
+    if failure is not None:
+        raise failure
