@@ -11,6 +11,7 @@ from softbody_core.configuration import Configuration
 from softbody_core.errors import ParameterError
 from softbody_core.integrators import Integrator, VelocityVerlet, Work
 from softbody_core.model import SoftBodyModel
+from softbody_core.stability import check_finite, check_volume
 from softbody_core.state import Inputs, State
 
 Floats = NDArray[np.float64]
@@ -82,6 +83,7 @@ class SoftBody:
         self.integrator: Integrator = integrator if integrator is not None else VelocityVerlet()
         self.state = State.at_rest(model.mesh)
         self._inputs = Inputs()
+        self._checked = self.state
         self._stepper = self.integrator.bind(model)
 
     def step(self, dt: float, delta_p: float = 0.0, n: float = 0.0) -> Observation:
@@ -111,6 +113,7 @@ class SoftBody:
         if not (np.isfinite(dt) and dt > 0):
             raise ParameterError(f"dt = {dt} s: expected a positive number")
         inputs = Inputs(delta_p=delta_p, n=n)
+        self._check_new_state()
         memory, work = self._stepper.memory(), self.work
         try:
             state = self._stepper.advance(self.state, inputs, dt)
@@ -120,7 +123,22 @@ class SoftBody:
             raise
         seen = self._look_at(state, inputs)
         self.state, self._inputs = state, inputs
+        self._checked = state
         return seen
+
+    def _check_new_state(self) -> None:
+        """Refuse a state that was put in place from outside and is no body."""
+        state, expected = self.state, self.model.masses.shape[0]
+        if state is self._checked:
+            return
+        for name, values in (("positions", state.positions), ("velocities", state.velocities)):
+            if values.shape != (3, expected):
+                raise ParameterError(
+                    f"state.{name} have shape {values.shape}; expected (3, {expected})"
+                )
+        check_finite(state)
+        check_volume(state.time, Configuration(self.model.mesh, state.positions))
+        self._checked = state
 
     def observe(self) -> Observation:
         """Look at the body as it stands, under the inputs of its last step."""

@@ -14,6 +14,9 @@ from softbody_core.errors import MeshError
 SMALLEST_SIZE, LARGEST_SIZE = 1e-9, 1e9
 """Sizes within which volumes, areas and kernels keep clear of under- and overflow, m."""
 
+COARSEST_DIGIT = 1e-6
+"""Distance of neighbouring floating-point numbers, over the size, that leaves a shape."""
+
 
 def check_surface(points: NDArray[np.float64], triangles: NDArray[np.generic]) -> None:
     """Raise `MeshError` unless the arrays are a closed, manifold, outward-wound surface.
@@ -57,6 +60,12 @@ def _check_arrays(points: NDArray[np.float64], triangles: NDArray[np.generic]) -
     if bad.any():
         raise MeshError(_located(bad, "points", "have NaN or infinite coordinates"))
     size = float(np.ptp(points, axis=0).max())
+    farthest = float(np.abs(points).max())
+    if np.spacing(farthest) > COARSEST_DIGIT * size > 0:
+        raise MeshError(
+            f"the surface is {size:.3g} m wide, but {farthest:.3g} m away from the origin, where "
+            f"coordinates are {np.spacing(farthest):.2g} m apart: move it to the origin"
+        )
     if size == 0:
         raise MeshError("all points are at one place")
     if not SMALLEST_SIZE <= size <= LARGEST_SIZE:

@@ -24,6 +24,9 @@ Floats = NDArray[np.float64]
 RECHECK = 64
 """Substeps after which the stability limit is estimated anew."""
 
+SWOLLEN = 0.05
+"""Relative change of the volume after which it is, too: the airway resists with area squared."""
+
 Moment = tuple[Floats, Floats, Configuration]
 """Positions and velocities, and the configuration of those positions."""
 
@@ -81,15 +84,15 @@ class ExplicitStepper(Stepper):
                 needed = self._substeps_for(remaining * dt, configuration, inputs, allowed)
                 count = min(needed, RECHECK)
                 h = remaining * dt / needed
-                time = state.time
+                time, volume = state.time, configuration.volume
                 for taken, (x, v, here) in enumerate(self._march(state, inputs, h), start=1):
                     check_volume(time + taken * h, here)
-                    if taken == count:
-                        state = State(time + count * h, x, v)
+                    if taken == count or abs(here.volume / volume - 1) > SWOLLEN:
+                        state = State(time + taken * h, x, v)
                         break
                 check_finite(state)
-            self.work.steps += count
-            remaining = 0.0 if count == needed else remaining * (1 - count / needed)
+            self.work.steps += taken
+            remaining = 0.0 if taken == needed else remaining * (1 - taken / needed)
         return State(end, state.positions, state.velocities)
 
     def _substeps_for(
@@ -104,8 +107,8 @@ class ExplicitStepper(Stepper):
             raise StepLimitError(
                 f"{needed:.3g} substeps of {h:.3g} s are needed for the next {span:.3g} s, "
                 f"more than max_substeps = {parameters.max_substeps} allows; try a shorter "
-                "communication step, more mass, or less of what makes the body move fast (stiffness, "
-                "damping, viscosity, resistance, pressure)"
+                "communication step, more mass, or less of what makes the body move fast "
+                "(stiffness, damping, viscosity, resistance, pressure)"
             )
         return max(1, math.ceil(needed * (1 - 1e-12)))
 

@@ -41,9 +41,8 @@ class _RK4(ExplicitStepper):
         stiffness, damping = self._model.rates(configuration, inputs)
         if self._model.airway is not None:
             damping += self._model.airway.rates(configuration, inputs).damping
-        # Largest modulus of the eigenvalues −c/2 ± √(c²/4 − ω²), underdamped or overdamped.
-        half = damping / 2
-        largest = max(math.sqrt(stiffness), half + math.sqrt(max(half**2 - stiffness, 0.0)))
+        # The eigenvalues −c/2 ± √(c²/4 − ω²) have modulus ω, or no more than c where overdamped.
+        largest = max(math.sqrt(stiffness), damping)
         return math.inf if largest == 0 else STABLE_RADIUS / largest
 
     def _march(self, state: State, inputs: Inputs, h: float) -> Iterator[Moment]:

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from softbody_core import SurfaceSPH, ball
+from softbody_core import CrowdedError, SurfaceSPH, ball
 from softbody_core.configuration import Configuration
 from softbody_core.neighbours import SKIN, NeighbourList
 from softbody_core.state import Inputs
@@ -121,3 +121,41 @@ def test_the_list_follows_points_that_move_far():
     x = x.copy()
     x[0, 1] = 0.9
     assert len(neighbours.pairs(x).first) == 1
+
+
+@settings(max_examples=40, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), stretch=st.floats(0.7, 2.0), noise=st.floats(0, 0.2))
+def test_the_list_never_misses_a_neighbour(seed, stretch, noise):
+    """Breathing, turning and shaking bodies, against all distances."""
+    mesh = ball(60, 0.1)
+    generator = np.random.default_rng(seed)
+    rest = np.ascontiguousarray(mesh.points.T)
+    h = 2 * mesh.edge_lengths.mean()
+    neighbours = NeighbourList(h)
+    neighbours.pairs(rest)
+    turn = np.linalg.qr(generator.normal(size=(3, 3)))[0]
+    stretches = stretch ** generator.uniform(-1, 1, size=(3, 1))
+    moved = turn @ (stretches * rest) + noise * h * generator.uniform(-1, 1, size=rest.shape)
+    found = neighbours.pairs(moved)
+    distances = np.linalg.norm(moved[:, :, None] - moved[:, None], axis=0)
+    near = {(i, j) for i, j in np.argwhere(distances < h).tolist() if i < j}
+    assert near <= set(zip(found.first.tolist(), found.second.tolist(), strict=True))
+
+
+def test_a_body_that_only_swells_and_turns_keeps_its_list():
+    mesh = ball(60, 0.1)
+    rest = np.ascontiguousarray(mesh.points.T)
+    neighbours = NeighbourList(2 * mesh.edge_lengths.mean())
+    first = neighbours.pairs(rest)
+    turn = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0]
+    assert neighbours.pairs(1.3 * turn @ rest + 0.5) is first
+    assert neighbours.pairs(0.8 * rest) is not first
+
+
+def test_a_heap_of_points_is_refused_before_it_fills_the_memory():
+    mesh = ball(400, 0.1)
+    rest = np.ascontiguousarray(mesh.points.T)
+    neighbours = NeighbourList(0.7 * mesh.edge_lengths.mean())
+    neighbours.pairs(rest)
+    with pytest.raises(CrowdedError, match=r"79800 pairs among 400 points .* Try more pressure"):
+        neighbours.pairs(1e-3 * rest)
