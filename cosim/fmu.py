@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 import hashlib
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, Final
 
@@ -19,6 +19,7 @@ from cosim.errors import FmuError
 from cosim.fmu_description import ports_of, read_description
 from cosim.fmu_folder import FmuFolder
 from cosim.fmu_parameters import Value, accessor, checked_parameters, python_type
+from cosim.fmu_variables import FmuVariables, by_type
 from cosim.participant import Causality, Port
 
 _STATUS: Final = ("ok", "warning", "discard", "error", "fatal", "pending")
@@ -77,7 +78,8 @@ class FmuParticipant:
             self._folder.close()
             raise
         self._fmi3 = self._description.fmiVersion.startswith("3.")
-        self._outputs = self._by_type(Causality.OUTPUT)
+        self._inputs: dict[tuple[str, ...], list[FmuVariables]] = {}
+        self._outputs: list[FmuVariables] = []
         self._values: dict[str, float] = {}
 
     def initialize(self, time: float) -> None:
@@ -87,8 +89,10 @@ class FmuParticipant:
         self._started = True
         with self._folder.own_imports():
             self._call("be loaded", self._load)
+        outputs = [n for n, port in self.ports.items() if port.causality is Causality.OUTPUT]
+        self._outputs = self._by_type(outputs)
         for name, value in self._parameters.items():
-            self._call(f"take {name} = {value!r}", self._set, self._variables[name], value)
+            self._call("take {0.name} = {1!r}", self._set, self._variables[name], value)
         if self._fmi3:
             self._call("enter initialization", self._fmu.enterInitializationMode, startTime=time)
         else:
@@ -103,12 +107,15 @@ class FmuParticipant:
 
     def write(self, values: Mapping[str, float]) -> None:
         """Set inputs, in the FMU's own units."""
-        for name, value in values.items():
-            self._call(f"take {name} = {value!r}", self._set, self._variables[name], value)
+        names = tuple(values)
+        if names not in self._inputs:
+            self._inputs[names] = self._by_type(names)
+        for variables in self._inputs[names]:
+            self._call("take {}", variables.write, values)
 
     def step(self, time: float, step: float) -> None:
         """Let the FMU compute one step."""
-        result = self._call(f"step from t = {time:.6g} s", self._fmu.doStep, time, step)
+        result = self._call("step from t = {:.6g} s", self._fmu.doStep, time, step)
         if self._fmi3 and result[1]:
             raise FmuError(
                 f"FMU {self.path} asked to end the simulation at t = {time + step:.6g} s"
@@ -126,6 +133,7 @@ class FmuParticipant:
         Python FMU, which has let go of its objects by then, would let go of them once more.
         """
         fmu, self._fmu = self._fmu, None
+        self._inputs, self._outputs = {}, []
         try:
             if fmu is not None and fmu.component and not self._dead:
                 self._call("terminate", fmu.terminate)
@@ -167,7 +175,10 @@ class FmuParticipant:
         self.messages.append(f"[{label}] {(message or b'').decode('utf-8', 'replace').strip()}")
 
     def _call(self, what: str, function: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
-        """Call into the FMU; a failure becomes an `FmuError` with what the FMU logged."""
+        """Call into the FMU; a failure becomes an `FmuError` with what the FMU logged.
+
+        `what` is formatted with the arguments, but only then: formatting takes longer than a call.
+        """
         try:
             return function(*args, **kwargs)
         except Exception as error:  # fmpy raises bare Exception and its own, unrelated classes
@@ -175,7 +186,7 @@ class FmuParticipant:
             logged = "\n".join(f"  {message}" for message in self.messages)
             said = f"; it logged:\n{logged}" if logged else "; it logged nothing"
             raise FmuError(
-                f"FMU {self.path} could not {what}: {str(error).rstrip('.')}{said}"
+                f"FMU {self.path} could not {what.format(*args)}: {str(error).rstrip('.')}{said}"
             ) from error
 
     def _set(self, variable: ModelVariable, value: Value) -> None:
@@ -184,19 +195,9 @@ class FmuParticipant:
 
     def _read_outputs(self) -> None:
         values: dict[str, float] = {}
-        for kind, (names, references) in self._outputs.items():
-            getter = getattr(self._fmu, f"get{kind}")
-            values.update(
-                zip(names, map(float, self._call("be read", getter, references)), strict=True)
-            )
+        for variables in self._outputs:
+            values |= self._call("be read", variables.read)
         self._values = values
 
-    def _by_type(self, causality: Causality) -> dict[str, tuple[list[str], list[int]]]:
-        groups: dict[str, tuple[list[str], list[int]]] = {}
-        for port in self.ports.values():
-            if port.causality is causality:
-                variable = self._variables[port.name]
-                names, references = groups.setdefault(accessor(variable), ([], []))
-                names.append(port.name)
-                references.append(variable.valueReference)
-        return groups
+    def _by_type(self, names: Iterable[str]) -> list[FmuVariables]:
+        return by_type(self._fmu, [self._variables[name] for name in names])

@@ -9,6 +9,7 @@ from cosim.participant import Causality, Port
 from cosim.units import unit
 from softbody_core import Observation, SoftBody
 
+_CORNERS: Final = [f"bounding_box_{end}_{axis}" for end in ("min", "max") for axis in "xyz"]
 _PORTS: Final = [
     ("delta_p", "Pa", Causality.INPUT, "pressure difference across the wall, outward"),
     ("n", "1", Causality.INPUT, "number proportional to the molecules inside"),
@@ -71,14 +72,11 @@ class SoftBodyParticipant:
 
 
 def _outputs(seen: Observation) -> dict[str, float]:
-    outputs = {
+    return {
         "volume": seen.volume,
         "bounding_box_volume": seen.bounding_box_volume,
         "pressure": seen.pressure,
         "alveolar_pressure": seen.alveolar_pressure,
         "flow": seen.flow,
+        **dict(zip(_CORNERS, seen.bounding_box.ravel().tolist(), strict=True)),
     }
-    for end, corner in zip(("min", "max"), seen.bounding_box.tolist(), strict=True):
-        for axis, value in zip("xyz", corner, strict=True):
-            outputs[f"bounding_box_{end}_{axis}"] = value
-    return outputs

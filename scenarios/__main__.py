@@ -11,14 +11,11 @@ from cyclopts import App, CycloptsError, Parameter
 from rich.console import Console
 
 from cosim.controllers import CONTROLLERS, build, controller_source
-from scenarios.arguments import chosen, seconds
 from scenarios.catalogue import load, names
 from scenarios.errors import RunError
 from scenarios.extremes.command import extremes_
-from scenarios.output import check_writable, save
-from scenarios.plots import save_overview
-from scenarios.report import progress_bar, show_breaths, show_controller
-from scenarios.runner import run, with_controller
+from scenarios.output import check_writable
+from scenarios.run_command import run_
 from scenarios.tradeoff.command import trade_
 from softbody_core import SoftBodyError
 
@@ -33,6 +30,7 @@ app = App(
 )
 controller_app = App(name="controller", help="Controllers: list them, or write one as an FMU.")
 app.command(controller_app)
+app.command(run_, name="run")
 app.command(trade_, name="trade")
 app.command(extremes_, name="extremes")
 
@@ -44,67 +42,6 @@ def list_() -> None:
     width = max(map(len, names()))
     for name in names():
         out.print(f"{name:{width}}  {load(name).title}", highlight=False)
-
-
-@app.command(name="run")
-def run_(
-    scenario: str,
-    /,
-    *,
-    controller: str | None = None,
-    set_: Annotated[tuple[str, ...], Parameter(name="--set", negative=())] = (),
-    cycles: str | None = None,
-    output: Annotated[Path, Parameter(name=["--output", "-o"])] = Path("out.nc"),
-    positions: str | None = None,
-    plot: bool = True,
-    quiet: Annotated[bool, Parameter(negative=())] = False,
-) -> None:
-    """Run a scenario; write a dataset and a picture beside it.
-
-    Parameters
-    ----------
-    scenario
-        A name from `softbody list`, or a TOML file.
-    controller
-        Another controller: a name from `softbody controller list`, or an FMU file.
-    set_
-        Change a value, such as --set forces.alpha=0.5 or --set "body.mass=0.4 kg". May be repeated.
-    cycles
-        Number of breaths.
-    output
-        The netCDF4 file to write; the picture gets the same name with .png.
-    positions
-        Keep all point positions at this interval, such as "0.1 s".
-    plot
-        Draw the picture.
-    quiet
-        Print nothing but errors.
-    """
-    scene = chosen(scenario, set_, cycles)
-    every = None if positions is None else seconds(positions, "--positions")
-    check_writable(output, ".nc")
-    picture = output.with_suffix(".png")
-    if plot:
-        check_writable(picture, ".png")
-    out = Console(quiet=quiet)
-    if controller is not None:
-        scene = with_controller(scene, controller)
-    failure: RunError | None = None
-    with progress_bar(out) as progress:
-        try:
-            dataset = run(scene, positions_every=every, progress=progress)
-        except RunError as error:
-            failure, dataset = error, error.dataset
-    save(dataset, output)
-    written = [output]
-    if plot:
-        save_overview(dataset, picture)
-        written.append(picture)
-    show_breaths(out, dataset)
-    show_controller(out, scene.controller)
-    out.print(f"wrote {' and '.join(map(str, written))}", highlight=False, soft_wrap=True)
-    if failure is not None:
-        raise failure
 
 
 @controller_app.command(name="list")

@@ -20,7 +20,7 @@ from scenarios.errors import RunError
 from scenarios.schema import Scenario
 from scenarios.snapshots import Snapshots
 from scenarios.variables import variables_of
-from softbody_core import SoftBody, SoftBodyError
+from softbody_core import SoftBody, SoftBodyError, Work
 
 COMPLETED: Final = "completed"
 
@@ -46,11 +46,14 @@ class Progress:
         Simulated so far, and in all, s.
     wall_time : float
         Computing time so far, s.
+    work : Work
+        What the integrator has done so far.
     """
 
     time: float
     duration: float
     wall_time: float
+    work: Work
 
 
 def run(
@@ -134,7 +137,8 @@ def _run(
             snapshots.take(point.index)
             reached += 1
             if progress is not None:
-                progress(Progress(point.time, duration, clock.perf_counter() - started))
+                elapsed = clock.perf_counter() - started
+                progress(Progress(point.time, duration, elapsed, body.work))
     except (SoftBodyError, KeyboardInterrupt) as error:
         if reached == 0:
             raise

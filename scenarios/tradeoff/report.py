@@ -15,6 +15,8 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from scenarios.runner import COMPLETED
+from scenarios.runner import Progress as RunProgress
+from scenarios.tradeoff.accuracy import Pick
 from scenarios.tradeoff.axes import named, told
 from scenarios.tradeoff.grid import GridProgress
 from scenarios.tradeoff.pareto import at_most, floor, front
@@ -41,6 +43,39 @@ def grid_bar(console: Console) -> Iterator[Callable[[GridProgress], None]]:
             )
 
         yield show
+
+
+@contextmanager
+def trial_bar(console: Console) -> Iterator[Callable[[str, RunProgress], None]]:
+    """Show which integrator is tried, and how far it is."""
+    columns = (
+        BarColumn(bar_width=20),
+        TextColumn("trying {task.fields[name]}"),
+        TimeElapsedColumn(),
+    )
+    with Progress(*columns, console=console, disable=console.quiet, transient=True) as bar:
+        task = bar.add_task("pick", total=1.0, name="", visible=False)
+
+        def show(name: str, at: RunProgress) -> None:
+            bar.update(task, completed=at.time / at.duration, name=name, visible=True)
+
+        yield show
+
+
+def show_pick(console: Console, picked: Pick) -> None:
+    """Say which integrator was picked, how far off it should be, and how to have it again."""
+    table = ", ".join(
+        f"{key} = {value!r}" if isinstance(value, float) else f'{key} = "{value}"'
+        for key, value in picked.integrator.items()
+    )
+    console.print(
+        f"picked {picked.name}: estimated error {picked.error:.1e} of the volume's range, the "
+        f"cheapest good one of {len(picked.tried)} tried on the first breath. The same without "
+        f"trying: --set 'integrator = {{{table}}}'",
+        highlight=False,
+        markup=False,
+        soft_wrap=True,
+    )
 
 
 def show_trade(console: Console, dataset: xr.Dataset, *, every: bool = False) -> None:

@@ -28,7 +28,8 @@ def with_inner_step(scenario: Scenario, share: float) -> Scenario | None:
     """Set the inner step to a share of the longest that the scheme takes by itself.
 
     That is the stability limit for an explicit scheme. For an implicit one it is the communication
-    step; error control is off, and stages are solved as far as the error of the step is worth.
+    step; error control is off, and stages are solved as far as the error of the step is worth. For
+    a quasi-static one it is the spacing of the shapes that it works out.
 
     Parameters
     ----------
@@ -58,6 +59,8 @@ def with_inner_step(scenario: Scenario, share: float) -> Scenario | None:
             changes["integrator.solver_accuracy"] = _SOLVED * share**2 / _NO_CONTROL
         if "max_iterations" in options:
             changes["integrator.max_iterations"] = 200
+    elif "spacing" in options:
+        changes = {"integrator.spacing": share * options["spacing"]}
     else:
         return scenario if share == 1 else None
     return scenario.changed({"integrator.method": _method_of(scenario), **changes})

@@ -7,6 +7,7 @@ from rich.console import Console
 
 from scenarios import Progress, breaths
 from scenarios.report import progress_bar, show_breaths
+from softbody_core import Work
 
 
 def _console(*, quiet: bool = False) -> tuple[Console, io.StringIO]:
@@ -44,7 +45,7 @@ def test_a_run_without_a_breath_says_so(sphere: xr.Dataset) -> None:
 def test_the_bar_shows_time_and_speed() -> None:
     console, out = _console()
     with progress_bar(console) as show:
-        show(Progress(time=1.0, duration=4.0, wall_time=0.25))
+        show(Progress(time=1.0, duration=4.0, wall_time=0.25, work=Work()))
     assert "1.00 of 4.00 s simulated" in out.getvalue()
     assert "4.0 × real time" in out.getvalue()
 
@@ -52,6 +53,6 @@ def test_the_bar_shows_time_and_speed() -> None:
 def test_a_quiet_console_stays_empty(sphere: xr.Dataset) -> None:
     console, out = _console(quiet=True)
     with progress_bar(console) as show:
-        show(Progress(time=1.0, duration=4.0, wall_time=0.25))
+        show(Progress(time=1.0, duration=4.0, wall_time=0.25, work=Work()))
     show_breaths(console, sphere)
     assert out.getvalue() == ""

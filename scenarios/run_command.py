@@ -1,0 +1,90 @@
+"""The command ``softbody run``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+from rich.console import Console
+
+from scenarios.arguments import chosen, seconds
+from scenarios.errors import RunError
+from scenarios.output import check_writable, save
+from scenarios.plots import save_overview
+from scenarios.report import progress_bar, show_breaths, show_controller
+from scenarios.runner import run, with_controller
+from scenarios.tradeoff.accuracy import Pick, pick
+from scenarios.tradeoff.report import show_pick, trial_bar
+
+
+def run_(
+    scenario: str,
+    /,
+    *,
+    controller: str | None = None,
+    set_: Annotated[tuple[str, ...], Parameter(name="--set", negative=())] = (),
+    cycles: str | None = None,
+    accuracy: float | None = None,
+    output: Annotated[Path, Parameter(name=["--output", "-o"])] = Path("out.nc"),
+    positions: str | None = None,
+    plot: bool = True,
+    quiet: Annotated[bool, Parameter(negative=())] = False,
+) -> None:
+    """Run a scenario; write a dataset and a picture beside it.
+
+    Parameters
+    ----------
+    scenario
+        A name from `softbody list`, or a TOML file.
+    controller
+        Another controller: a name from `softbody controller list`, or an FMU file.
+    set_
+        Change a value, such as --set forces.alpha=0.5 or --set "body.mass=0.4 kg". May be repeated.
+    cycles
+        Number of breaths.
+    accuracy
+        Pick the cheapest integrator that keeps the volume within this share of its range, such as
+        1e-3, by trying some on the first breath.
+    output
+        The netCDF4 file to write; the picture gets the same name with .png.
+    positions
+        Keep all point positions at this interval, such as "0.1 s".
+    plot
+        Draw the picture.
+    quiet
+        Print nothing but errors.
+    """
+    scene = chosen(scenario, set_, cycles)
+    every = None if positions is None else seconds(positions, "--positions")
+    check_writable(output, ".nc")
+    picture = output.with_suffix(".png")
+    if plot:
+        check_writable(picture, ".png")
+    out = Console(quiet=quiet)
+    if controller is not None:
+        scene = with_controller(scene, controller)
+    picked: Pick | None = None
+    if accuracy is not None:
+        with trial_bar(out) as trying:
+            picked = pick(scene, accuracy, progress=trying)
+        scene = picked.scenario
+        show_pick(out, picked)
+    failure: RunError | None = None
+    with progress_bar(out) as progress:
+        try:
+            dataset = run(scene, positions_every=every, progress=progress)
+        except RunError as error:
+            failure, dataset = error, error.dataset
+    if picked is not None:
+        dataset.attrs |= {"accuracy_asked": accuracy, "error_estimate": picked.error}
+    save(dataset, output)
+    written = [output]
+    if plot:
+        save_overview(dataset, picture)
+        written.append(picture)
+    show_breaths(out, dataset)
+    show_controller(out, scene.controller)
+    out.print(f"wrote {' and '.join(map(str, written))}", highlight=False, soft_wrap=True)
+    if failure is not None:
+        raise failure
