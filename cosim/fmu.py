@@ -13,13 +13,12 @@ import fmpy
 import pythonfmu  # noqa: F401 - Python FMUs find this one, and not the copy in a folder that goes
 from fmpy import fmi2, fmi3
 from fmpy.logging import addLoggerProxy
-from fmpy.model_description import ModelVariable
 
 from cosim.errors import FmuError
 from cosim.fmu_description import ports_of, read_description
 from cosim.fmu_folder import FmuFolder
-from cosim.fmu_parameters import Value, accessor, checked_parameters, python_type
-from cosim.fmu_variables import FmuVariables, by_type
+from cosim.fmu_parameters import Value, checked_parameters
+from cosim.fmu_variables import FmuVariables, by_type, set_one
 from cosim.participant import Causality, Port
 
 _STATUS: Final = ("ok", "warning", "discard", "error", "fatal", "pending")
@@ -89,10 +88,10 @@ class FmuParticipant:
         self._started = True
         with self._folder.own_imports():
             self._call("be loaded", self._load)
-        outputs = [n for n, port in self.ports.items() if port.causality is Causality.OUTPUT]
-        self._outputs = self._by_type(outputs)
+        given = (name for name, p in self.ports.items() if p.causality is Causality.OUTPUT)
+        self._outputs = self._by_type(given)
         for name, value in self._parameters.items():
-            self._call("take {0.name} = {1!r}", self._set, self._variables[name], value)
+            self._call("take {1.name} = {2!r}", set_one, self._fmu, self._variables[name], value)
         if self._fmi3:
             self._call("enter initialization", self._fmu.enterInitializationMode, startTime=time)
         else:
@@ -177,7 +176,7 @@ class FmuParticipant:
     def _call(self, what: str, function: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
         """Call into the FMU; a failure becomes an `FmuError` with what the FMU logged.
 
-        `what` is formatted with the arguments, but only then: formatting takes longer than a call.
+        `what` is formatted with the arguments, but only then: it would take longer than the call.
         """
         try:
             return function(*args, **kwargs)
@@ -188,10 +187,6 @@ class FmuParticipant:
             raise FmuError(
                 f"FMU {self.path} could not {what.format(*args)}: {str(error).rstrip('.')}{said}"
             ) from error
-
-    def _set(self, variable: ModelVariable, value: Value) -> None:
-        setter = getattr(self._fmu, f"set{accessor(variable)}")
-        setter([variable.valueReference], [python_type(variable)(value)])
 
     def _read_outputs(self) -> None:
         values: dict[str, float] = {}

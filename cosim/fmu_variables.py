@@ -1,4 +1,4 @@
-"""Variables of one type of an FMU: one call reads or sets them all, through arrays made once."""
+"""Values of an FMU's variables: one call for all of a type, through arrays made once."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 from fmpy import fmi2, fmi3
 from fmpy.model_description import ModelVariable
 
-from cosim.fmu_parameters import accessor, python_type
+from cosim.fmu_parameters import Value, accessor, python_type
 
 
 class FmuVariables:
@@ -25,18 +25,17 @@ class FmuVariables:
 
     def __init__(self, fmu: Any, variables: Sequence[ModelVariable]) -> None:
         kind, n = accessor(variables[0]), len(variables)
+        types, fmi = (fmi3, "fmi3") if isinstance(fmu, fmi3.FMU3Slave) else (fmi2, "fmi2")
+        references = [variable.valueReference for variable in variables]
+        keys = (getattr(types, f"{fmi}ValueReference") * n)(*references)
         self._names = [variable.name for variable in variables]
         self._convert = python_type(variables[0])
-        references = [variable.valueReference for variable in variables]
-        if isinstance(fmu, fmi3.FMU3Slave):
-            prefix, types, counts = "fmi3", fmi3, (n,)
-        else:
-            prefix, types, counts = "fmi2", fmi2, ()
-        self._values = (getattr(types, f"{prefix}{kind}") * n)()
-        keys = (getattr(types, f"{prefix}ValueReference") * n)(*references)
-        arguments = (fmu.component, keys, n, self._values, *counts)
-        self._get = partial(getattr(fmu, f"{prefix}Get{kind}"), *arguments)
-        self._set = partial(getattr(fmu, f"{prefix}Set{kind}"), *arguments)
+        self._values = (getattr(types, f"{fmi}{kind}") * n)()
+        arguments = [fmu.component, keys, n, self._values]
+        if types is fmi3:
+            arguments.append(n)  # it counts values too, for arrays
+        self._get = partial(getattr(fmu, f"{fmi}Get{kind}"), *arguments)
+        self._set = partial(getattr(fmu, f"{fmi}Set{kind}"), *arguments)
 
     def read(self) -> dict[str, float]:
         """Values by name."""
@@ -55,3 +54,9 @@ def by_type(fmu: Any, variables: Iterable[ModelVariable]) -> list[FmuVariables]:
     for variable in variables:
         groups.setdefault(accessor(variable), []).append(variable)
     return [FmuVariables(fmu, group) for group in groups.values()]
+
+
+def set_one(fmu: Any, variable: ModelVariable, value: Value) -> None:
+    """Set one variable of any type."""
+    setter = getattr(fmu, f"set{accessor(variable)}")
+    setter([variable.valueReference], [python_type(variable)(value)])

@@ -69,7 +69,7 @@ def run_(
         with trial_bar(out) as trying:
             picked = pick(scene, accuracy, progress=trying)
         scene = picked.scenario
-        show_pick(out, picked)
+        show_pick(out, picked, accuracy)
     failure: RunError | None = None
     with progress_bar(out) as progress:
         try:

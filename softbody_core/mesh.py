@@ -17,7 +17,7 @@ import trimesh
 from numpy.typing import ArrayLike, NDArray
 
 from softbody_core.errors import MeshError
-from softbody_core.mesh_check import check_surface
+from softbody_core.mesh_check import check_surface, unique_pairs
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -134,8 +134,8 @@ class SurfaceMesh:
     @cached_property
     def _edges_and_sides(self) -> tuple[Integers, Integers]:
         sides = np.sort(self.triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)
-        edges, inverse = np.unique(sides, axis=0, return_inverse=True)
-        return edges, inverse.reshape(-1, 3)
+        edges, which = unique_pairs(sides)
+        return edges, which.reshape(-1, 3)
 
     @cached_property
     def edge_difference(self) -> sp.csr_array:

@@ -102,8 +102,7 @@ def _check_triangles(points: NDArray[np.float64], corners: NDArray[np.int64]) ->
 
 def _check_edges(points: NDArray[np.float64], corners: NDArray[np.int64]) -> None:
     directed = corners[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
-    edges, which = np.unique(np.sort(directed, axis=1), axis=0, return_inverse=True)
-    which = which.ravel()
+    edges, which = unique_pairs(np.sort(directed, axis=1))
     faces = np.bincount(which)
     middle = points[edges].mean(axis=1)
     if (faces == 1).any():
@@ -125,18 +124,18 @@ def _check_edges(points: NDArray[np.float64], corners: NDArray[np.int64]) -> Non
 
 def _check_fans(points: NDArray[np.float64], corners: NDArray[np.int64]) -> None:
     """Refuse a point at which two fans of triangles touch; corners that share a side are one."""
-    t = len(corners)
+    n, t = len(points), len(corners)
     corner_of = np.arange(3 * t).reshape(t, 3)
     starts, ends = corners.ravel(), np.roll(corners, -1, axis=1).ravel()
-    here, following = corner_of.ravel(), np.roll(corner_of, -1, axis=1).ravel()
-    forward, backward = np.lexsort((ends, starts)), np.lexsort((starts, ends))
-    # Side (i, j) of one triangle meets side (j, i) of its neighbour: join their corners at i and j.
-    rows = np.concatenate([here[forward], following[forward]])
-    columns = np.concatenate([following[backward], here[backward]])
-    links = sp.coo_array((np.ones(len(rows)), (rows, columns)), shape=(3 * t, 3 * t))
-    _, fan = connected_components(links, directed=False)
-    fans_of_point = np.unique(np.stack([corners.ravel(), fan], axis=1), axis=0)[:, 0]
-    pinched = np.bincount(fans_of_point, minlength=len(points)) > 1
+    following = np.roll(corner_of, -1, axis=1).ravel()
+    forward, backward = np.argsort(starts * n + ends), np.argsort(ends * n + starts)
+    # Side (i, j) of one triangle meets side (j, i) of its neighbour: join their corners at i.
+    joined = (forward, following[backward])
+    links = sp.coo_array((np.ones(3 * t), joined), shape=(3 * t, 3 * t))
+    count, fan = connected_components(links, directed=False)
+    point_of_fan = np.empty(count, dtype=np.int64)
+    point_of_fan[fan] = corners.ravel()
+    pinched = np.bincount(point_of_fan, minlength=len(points)) > 1
     if pinched.any():
         raise MeshError(
             _located(pinched, "points", "join separate fans of triangles (non-manifold)", points)
@@ -151,6 +150,28 @@ def _check_whole(points: NDArray[np.float64], corners: NDArray[np.int64]) -> Non
     count, _ = connected_components(sides, directed=False)
     if count > 1:
         raise MeshError(f"there are {count} separate surfaces; expected one: keep the one you mean")
+
+
+def unique_pairs(pairs: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Find the different pairs (i, j) of indices, in lexicographic order, and which each one is.
+
+    Packed into one number, i n + j, pairs sort several times faster than as rows.
+
+    Parameters
+    ----------
+    pairs : ndarray of int, shape (k, 2)
+        Each index at least 0, and below 2³¹.
+
+    Returns
+    -------
+    different : ndarray of int, shape (m, 2)
+        Each pair once.
+    which : ndarray of int, shape (k,)
+        Row of each given pair in `different`.
+    """
+    n = int(pairs.max()) + 1
+    keys, which = np.unique(pairs[:, 0] * n + pairs[:, 1], return_inverse=True)
+    return np.stack(np.divmod(keys, n), axis=1), which
 
 
 def _located(bad: Any, things: str, fault: str, places: NDArray[np.float64] | None = None) -> str:

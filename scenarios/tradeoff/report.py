@@ -62,12 +62,20 @@ def trial_bar(console: Console) -> Iterator[Callable[[str, RunProgress], None]]:
         yield show
 
 
-def show_pick(console: Console, picked: Pick) -> None:
+def show_pick(console: Console, picked: Pick, accuracy: float) -> None:
     """Say which integrator was picked, how far off it should be, and how to have it again."""
     table = ", ".join(
         f"{key} = {value!r}" if isinstance(value, float) else f'{key} = "{value}"'
         for key, value in picked.integrator.items()
     )
+    if picked.error > accuracy:
+        console.print(
+            f"warning: nothing tried holds {accuracy:g}. A controller that reacts too hard to what "
+            "it samples makes small errors large: look at its band, or at the airway's resistance",
+            style="yellow",
+            highlight=False,
+            markup=False,
+        )
     console.print(
         f"picked {picked.name}: estimated error {picked.error:.1e} of the volume's range, the "
         f"cheapest good one of {len(picked.tried)} tried on the first breath. The same without "

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple, cast
+from typing import ClassVar
 
 from softbody_core.integrators.implicit import ImplicitParameters, ImplicitStepper
 from softbody_core.integrators.integrator import Stepper
@@ -31,31 +31,12 @@ class BDF2(ImplicitParameters):
         return _BDF2(self, model)
 
 
-class _Past(NamedTuple):
-    """The step before: where it started and ended, its length, and its inputs."""
-
-    start: State
-    end: State
-    h: float
-    inputs: Inputs
-
-
 class _BDF2(ImplicitStepper):
     _doubling = 0.06  # the error is of third order, and this is half of an eighth
 
-    def __init__(self, parameters: BDF2, model: SoftBodyModel) -> None:
-        super().__init__(parameters, model)
-        self._past: _Past | None = None
-
-    def memory(self) -> object:
-        return self._step, self._past
-
-    def recall(self, memory: object) -> None:
-        self._step, self._past = cast("tuple[float, _Past | None]", memory)
-
     def _try(self, state: State, inputs: Inputs, h: float) -> tuple[Stage, float] | None:
-        past = self._past
-        if past is None or past.inputs != inputs or past.end.positions is not state.positions:
+        past = self._before(state, inputs)
+        if past is None:
             return self._euler(state, inputs, h)
         x, v = state.positions, state.velocities
         before, ratio = past.start, h / past.h
@@ -74,9 +55,4 @@ class _BDF2(ImplicitStepper):
             return None
         explicit = x + h * ((1 + ratio / 2) * v - ratio / 2 * before.velocities)
         difference = _MILNE * (stage.positions - explicit)
-        return stage, self._error(difference, linearization, stage)
-
-    def _accept(self, state: State, inputs: Inputs, h: float, stage: Stage) -> State:
-        reached = super()._accept(state, inputs, h, stage)
-        self._past = _Past(state, reached, h, inputs)
-        return reached
+        return stage, self._error(difference, linearization, stage, smooth=True)

@@ -58,6 +58,22 @@ def test_fmi2_computes_what_its_source_says(faulty: Path, start: Start) -> None:
     assert fmu.read() == {"y": 42.0}
 
 
+def test_inputs_that_are_not_written_stay(paper: Path, start: Start) -> None:
+    fmu = start(paper, follow_bounding_box=True, rest_volume="2.5 L")
+    fmu.write({"volume": 9.0, "bounding_box_volume": 2.4})
+    fmu.write({"volume": 1.0})
+    fmu.step(0.0, FRAME)
+    shortfall = fmu.read()["target_volume"] - 2.4
+    expected = 100.0 + (70_000.0 - 100.0) * shortfall / 0.5
+    assert 0.0 < shortfall < 0.5  # between the limits of n
+    assert fmu.read()["n"] == expected
+
+
+def test_input_that_does_not_fit_is_named(faulty: Path, start: Start) -> None:
+    with pytest.raises(FmuError, match=r"could not take \{'u': 'much'\}: .*float"):
+        start(faulty).write({"u": "much"})  # type: ignore[dict-item]
+
+
 def test_both_shipped_controllers_run_in_one_loop(paper: Path, pressure: Path) -> None:
     first, second = FmuParticipant(paper, "first"), FmuParticipant(pressure, "second")
     lung = Relaxation("lung", -1.0, 0.1, 2.5, "L")

