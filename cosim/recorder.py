@@ -67,18 +67,17 @@ class Recorder:
             if end not in units:
                 raise WiringError(f"nothing to record is named {end}; {nearest(end, units)}")
         self._port_units = [units[f"{owner}.{port}"] for owner, port in self._ends]
-        self._points: list[CommunicationPoint] = []
+        self._times: list[float] = []
+        self._rows: list[list[float]] = []
 
     def record(self, point: CommunicationPoint) -> None:
         """Keep one point."""
-        self._points.append(point)
+        self._times.append(point.time)
+        self._rows.append([point.outputs[owner][port] for owner, port in self._ends])
 
     def dataset(self) -> xr.Dataset:
         """Everything that was kept, in the units of the variables."""
-        columns = (
-            np.array([point.outputs[owner][port] for point in self._points], dtype=np.float64)
-            for owner, port in self._ends
-        )
+        columns = iter(np.array(self._rows).reshape(-1, len(self._ends)).T)
         port_units = iter(self._port_units)
         data: dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, object]]] = {}
         for variable in self._variables:
@@ -103,7 +102,6 @@ class Recorder:
                 data[variable.name] = (("time",), series[0], attributes)
             else:
                 data[variable.name] = (("time", "axis"), np.stack(series, axis=1), attributes)
-        times = np.array([point.time for point in self._points])
-        time = ("time", times, {"units": "s", "long_name": "simulated time"})
+        time = ("time", np.array(self._times), {"units": "s", "long_name": "simulated time"})
         axis = ("axis", np.array(["x", "y", "z"]), {"long_name": "coordinate axis"})
         return xr.Dataset(data, coords={"time": time, "axis": axis})

@@ -135,8 +135,9 @@ class SoftBodyModel:
         return self.weights.gamma * self._pressure.pressure(gas_volume, inputs)
 
     def gas_volume(self, configuration: Configuration) -> float:
-        """B, m³; infinite in a scene without gas."""
-        return np.inf if self._pressure is None else self._pressure.gas_volume(configuration)
+        """B, m³; the enclosed volume in a scene without pressure."""
+        law = self._pressure
+        return configuration.volume if law is None else law.gas_volume(configuration)
 
     def load(self, gas_volume: float, inputs: Inputs) -> float:
         """Force that the pressure exerts on the wall, over ∂V/∂x, Pa."""

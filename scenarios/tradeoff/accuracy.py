@@ -23,10 +23,11 @@ _SOLVE: Final = 0.5
 """Cost of a linear solution in force evaluations: 0.2 to 0.7 on the lungs and spheres that ship."""
 _MARGIN: Final = 1.5
 """Asked accuracy over the estimated error of what is picked."""
-_FINER: Final = 10.0
-"""Asked accuracy over the tolerance of the run that the others are measured against."""
+_FINER: Final = (0.1, 0.01)
+"""Tolerances over the accuracy of the run that the others are measured against; the second where
+the first is not good enough."""
 _LEFT: Final = 0.7
-"""Error of that run over its distance from one at the asked tolerance; 0.27 at best."""
+"""Error of that run over its distance from the one before it; 0.27 at best."""
 _FINEST: Final = 1e-6
 """Accuracy beyond which rounding and the sampling of controllers leave nothing to measure."""
 
@@ -83,8 +84,9 @@ def pick(
 ) -> Pick:
     """Pick the cheapest integrator that holds an accuracy.
 
-    Each candidate runs the scenario's first breath and is measured against ``sdirk2`` at a tenth of
-    the accuracy. The estimate of its error is what is measured, plus what is left in that run.
+    Each candidate runs the scenario's first breath and is measured against ``sdirk2`` at a tenth or
+    a hundredth of the accuracy. The estimate of its error is what is measured, plus what is left in
+    that run.
 
     Parameters
     ----------
@@ -112,14 +114,15 @@ def pick(
         raise ScenarioError(f"accuracy = {accuracy:g}: expected {_FINEST:g} to 0.5")
     watch = progress if progress is not None else lambda *_: None
     breath = scenario.changed({"run.cycles": 1})
-    finer: Integrator = {"method": "sdirk2", "tolerance": accuracy / _FINER}
-    against = _pilot(breath, finer, watch)
+    finer: Integrator = {"method": "sdirk2", "tolerance": accuracy}
+    against, left = _pilot(breath, finer, watch), float("inf")
+    for part in _FINER:
+        if _MARGIN * left <= accuracy:
+            break
+        finer = {"method": "sdirk2", "tolerance": part * accuracy}
+        coarser, against = against, _pilot(breath, finer, watch)
+        left = _LEFT * volume_error(coarser, against)
     best, lowest = finer, _cost(against)
-    as_asked = _pilot(breath, {"method": "sdirk2", "tolerance": accuracy}, watch)
-    distance = volume_error(as_asked, against)
-    # If they are farther apart than was asked, the scene does not converge: a controller that
-    # reacts too hard to what it samples makes every small error large.
-    left = _LEFT * distance if distance <= accuracy else distance
     error = left
     tried: list[tuple[Integrator, float, float]] = [(finer, left, lowest)]
     ways = families(accuracy) if _MARGIN * left <= accuracy else []

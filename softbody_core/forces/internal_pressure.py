@@ -57,9 +57,9 @@ class InternalPressure(Parameters):
     def pressure(self, gas_volume: float, inputs: Inputs) -> float:
         """κN/B + ΔP, Pa, where the gas fills the volume B, m³."""
         gas = self.gas_energy * inputs.n
-        if gas == 0:
-            return inputs.delta_p
-        return (gas / gas_volume if gas_volume > 0 else np.inf) + inputs.delta_p
+        if gas_volume > 0:
+            return gas / gas_volume + inputs.delta_p
+        return np.inf if gas > 0 else inputs.delta_p
 
     def gas_volume(self, configuration: Configuration) -> float:
         """B, the volume that the gas fills, m³."""
@@ -78,8 +78,13 @@ class BoundPressure(BoundForce):
         self._masses = masses
 
     def force(self, configuration: Configuration, velocities: Floats, inputs: Inputs) -> Floats:
-        pressure = self.law.pressure(self.law.gas_volume(configuration), inputs)
+        pressure = self._pressure(configuration, inputs)
         return (self._share * pressure) * configuration.volume_gradient
+
+    def _pressure(self, configuration: Configuration, inputs: Inputs) -> float:
+        """κN/B + ΔP, Pa; without gas, nothing asks for B."""
+        gas = self.law.gas_energy * inputs.n > 0
+        return self.law.pressure(self.law.gas_volume(configuration) if gas else np.inf, inputs)
 
     def energy(self, configuration: Configuration, inputs: Inputs) -> float | None:
         driven = -inputs.delta_p * configuration.volume
@@ -91,7 +96,7 @@ class BoundPressure(BoundForce):
         return self._share * float(gas + driven)
 
     def stiffness(self, configuration: Configuration, inputs: Inputs) -> Tangent:
-        pressure = self.law.pressure(self.law.gas_volume(configuration), inputs)
+        pressure = self._pressure(configuration, inputs)
         return Tangent(
             sparse=-self._share * pressure * self._area_curvature(configuration),
             rank_one=self.rank_one_stiffness(configuration, inputs),
@@ -105,7 +110,7 @@ class BoundPressure(BoundForce):
         )
         ends = self._mesh.edges
         row_sums = np.bincount(ends.ravel(), np.repeat(wings / 6, 2), len(self._masses))
-        pressure = self._share * abs(self.law.pressure(self.law.gas_volume(configuration), inputs))
+        pressure = self._share * abs(self._pressure(configuration, inputs))
         bound = pressure * float(np.max(row_sums / self._masses))
         for coefficient, left, right in self.rank_one_stiffness(configuration, inputs):
             sizes = (np.linalg.norm(v / np.sqrt(self._masses)) for v in (left, right))
@@ -116,7 +121,7 @@ class BoundPressure(BoundForce):
         self, configuration: Configuration, inputs: Inputs
     ) -> tuple[RankOne, ...]:
         """−A ∂p/∂x: the gas stiffens as it is squeezed."""
-        if inputs.n == 0:
+        if self.law.gas_energy * inputs.n == 0:
             return ()
         gas_volume = self.law.gas_volume(configuration)
         gradient = (

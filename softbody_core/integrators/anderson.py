@@ -44,6 +44,6 @@ class Anderson:
             return np.empty(0)
         changes = np.array([change.ravel() for change in self._changes])
         gram = changes @ changes.T
-        sizes = np.sqrt(np.diag(gram))
+        sizes = np.maximum(np.sqrt(np.diag(gram)), np.finfo(np.float64).tiny)
         scaled = gram / np.outer(sizes, sizes) + _REGULARIZATION * np.eye(len(sizes))
         return np.asarray(np.linalg.solve(scaled, changes @ d.ravel() / sizes) / sizes)

@@ -134,8 +134,10 @@ class Shapes:
 
     def rest(self) -> Station:
         """Shape at rest at the volume of the mesh."""
-        rest = np.ascontiguousarray(self._model.mesh.points.T)
-        return self._settle(0, rest, self._swelling, rest)
+        start = np.ascontiguousarray(self._model.mesh.points.T)
+        guessed = self._settle(0, start, self._swelling, start)
+        above = self.next(guessed, 1)
+        return self._measured(0, guessed.positions, above.positions - guessed.positions)
 
     def next(self, station: Station, step: int) -> Station:
         """Shape that follows when the volume rises (step = 1) or falls (step = −1)."""
@@ -162,12 +164,18 @@ class Shapes:
             x = accelerate.next(x, correction)
             if arriving:
                 move = x - start
+        return self._measured(index, x, move)
+
+    def _measured(self, index: int, x: Floats, move: Floats) -> Station:
+        """Say what a shape does when its volume changes along a move, m, shape (3, n)."""
         self._here.move_to(x)
-        outward = move * math.copysign(1.0, float(np.vdot(self._here.volume_gradient, move)))
-        slope = outward / float(np.vdot(self._here.volume_gradient, outward))
-        drag = float(np.vdot(self._force(self._still) - self._force(slope), slope))
+        gain = float(np.vdot(self._here.volume_gradient, move))
+        slope = move / gain
+        force = self._force(self._still)
+        recoil = -float(np.vdot(force, slope))
+        drag = float(np.vdot(force - self._force(slope), slope))
         balance = Balance(recoil, drag, self._model.gas_volume(self._here))
-        return Station(index, x, outward, balance)
+        return Station(index, x, move * math.copysign(1.0, gain), balance)
 
     def _force(self, velocities: Floats) -> Floats:
         """Force without pressure, N, where the surface stands."""

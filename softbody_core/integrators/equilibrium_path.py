@@ -51,7 +51,7 @@ class EquilibriumPath:
     def __init__(self, shapes: Shapes, spacing: float) -> None:
         self._shapes = shapes
         self._spacing = spacing
-        self._below = shapes.rest()
+        self._below = self._rest = shapes.rest()
         self._following: dict[tuple[Station, int], Station] = {}
         self._above = self._follow(self._below, 1)
 
@@ -97,18 +97,13 @@ class EquilibriumPath:
     def _follow(self, station: Station, step: int) -> Station:
         if (station, step) not in self._following:
             found = self._shapes.next(station, step)
-            known = [self._below, *self._following.values()]
+            known = [self._rest, *self._following.values()]
             alike = (one for one in known if one.index == found.index and self._alike(one, found))
             self._following[station, step] = next(alike, found)
         return self._following[station, step]
 
     def _alike(self, one: Station, other: Station) -> bool:
-        if (
-            abs(one.balance.recoil - other.balance.recoil)
-            > float(__import__("os").environ.get("MR", "1e-3")) * self._shapes.scale
-        ):
+        if abs(one.balance.recoil - other.balance.recoil) > _SAME_RECOIL * self._shapes.scale:
             return False
         distance = math.sqrt(3 * np.mean((one.positions - other.positions) ** 2))
-        return distance <= float(__import__("os").environ.get("MD", "1e-2")) * float(
-            np.cbrt(self._shapes.volume(one.index))
-        )
+        return distance <= _SAME_SHAPE * float(np.cbrt(self._shapes.volume(one.index)))

@@ -230,13 +230,11 @@ def test_restoring_in_the_middle_of_a_breath_repeats_to_the_bit():
     assert body.work == work
 
 
-@pytest.mark.xfail(strict=True, reason="a body without gas has B = inf, taken for a divergence")
 def test_a_body_without_gas_rests():
     body = SoftBody(SoftBodyModel(SMALL, 1.0, [MassSpring(STIFFNESS)]), QuasiStatic())
     assert body.step(1.0).volume == pytest.approx(REST, rel=1e-9)
 
 
-@pytest.mark.xfail(strict=True, reason="brentq takes an absolute 2e-12 m³ for accurate")
 def test_size_does_not_matter():
     """Lengths and stiffness a thousandth: the same pressures, and the same relative volumes."""
     shares = []
@@ -247,7 +245,6 @@ def test_size_does_not_matter():
     assert shares[1] == pytest.approx(shares[0], rel=1e-6)  # the root's, and rounding
 
 
-@pytest.mark.xfail(strict=True, reason="a drag that rises fast is taken for one that is not there")
 def test_a_body_that_dampers_slow_down_does_not_jump():
     volumes = []
     for spacing in (0.02, 0.00125):
@@ -257,7 +254,6 @@ def test_a_body_that_dampers_slow_down_does_not_jump():
     assert volumes[1] == pytest.approx(volumes[0], rel=1e-3)
 
 
-@pytest.mark.xfail(strict=True, reason="at rest, the drag is that of the springs' operator")
 def test_the_drag_at_rest_is_that_of_the_way_out(truth):
     body = sphere(QuasiStatic(**FINE), damping=1.0)
     drag = body._stepper._path.balance(REST).drag
