@@ -15,6 +15,7 @@ import xarray as xr
 
 import scenarios
 import scenarios.__main__ as command_line
+from scenarios import run_command
 from tests.scenarios.conftest import FMUS, Cli
 
 SMALL = ["run", "sphere-lung", "--set", "mesh.icosphere=2", "--cycles", "1"]
@@ -220,7 +221,7 @@ def test_a_bad_output_is_found_before_the_run(
         pytest.fail("the run was started")
 
     (tmp_path / "folder").mkdir()
-    monkeypatch.setattr(command_line, "run", never)
+    monkeypatch.setattr(run_command, "run", never)
     assert cli(*SMALL, "-o", output).code == 2
 
 
