@@ -22,13 +22,12 @@ from peer_truth import (
 )
 
 from softbody_core import (
-    SDIRK2,
     InternalPressure,
     MassSpring,
     SoftBody,
     SoftBodyModel,
-    SymplecticEuler,
 )
+from softbody_core.integrators import Integrator
 from softbody_core.state import State
 
 
@@ -49,10 +48,9 @@ class Ball(Protocol):
 class Ours:
     """Our own ball. The pressure is the body's input, and the volume what it gives."""
 
-    def __init__(self, step: float, *, implicit: bool) -> None:
+    def __init__(self, scheme: Integrator) -> None:
         self.seconds, self.steps = 0.0, 0
         laws = [MassSpring(STIFFNESS, DAMPING), InternalPressure(0.0)]
-        scheme = SDIRK2(max_step=step) if implicit else SymplecticEuler(max_substep=step)
         self._body = SoftBody(SoftBodyModel(calibrating_ball(), MASS, laws), scheme)
 
     def kick(self) -> None:

@@ -32,6 +32,9 @@ from peer_truth import (
     spring_balance,
 )
 
+from softbody_core import SDIRK2, SymplecticEuler
+from softbody_core.integrators import QuasiStatic
+
 ALLOWED = 1e-2
 FRAMES = 120
 FRAME = BREATH / FRAMES
@@ -62,10 +65,15 @@ def main() -> None:
     springs, shell = spring_balance(), shell_balance()
     rows = {
         "this project: springs, pressure; SDIRK2": _best(
-            lambda step: Ours(step, implicit=True), [FRAME], lambda ball: _breath(ball, springs)
+            lambda step: Ours(SDIRK2(max_step=step)), [FRAME], lambda ball: _breath(ball, springs)
+        ),
+        "this project: springs, pressure; quasi-static": _best(
+            lambda _: Ours(QuasiStatic()), [FRAME], lambda ball: _breath(ball, springs)
         ),
         "this project: springs, pressure; symplectic Euler": _best(
-            lambda step: Ours(step, implicit=False), [FRAME], lambda ball: _breath(ball, springs)
+            lambda step: Ours(SymplecticEuler(max_substep=step)),
+            [FRAME],
+            lambda ball: _breath(ball, springs),
         ),
     }
     if here["mujoco"]:
@@ -88,12 +96,12 @@ def main() -> None:
     everywhere, along = free_period(along_edges=False), free_period(along_edges=True)
     rows = {
         "this project: springs; symplectic Euler": _best(
-            lambda step: Ours(step, implicit=False),
+            lambda step: Ours(SymplecticEuler(max_substep=step)),
             [SAMPLE],
             lambda ball: _ring(ball, everywhere, 5 * SAMPLE),
         ),
         "this project: springs; SDIRK2": _best(
-            lambda step: Ours(step, implicit=True),
+            lambda step: Ours(SDIRK2(max_step=step)),
             [5e-3, 2.5e-3, 1.25e-3],
             lambda ball: _ring(ball, everywhere, 5 * SAMPLE),
         ),
