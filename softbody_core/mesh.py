@@ -186,6 +186,11 @@ class SurfaceMesh:
         centred = self.points[self.triangles[:, 0]] - self.points.mean(axis=0)
         return float(np.einsum("tk,tk->", centred, self._triangle_normals) / 3)
 
+    @property
+    def radius(self) -> float:
+        """Radius of a ball of the enclosed volume, m."""
+        return float(np.cbrt(3 * self.volume / (4 * np.pi)))
+
     @cached_property
     def area(self) -> float:
         """Surface area, m²."""
@@ -206,7 +211,7 @@ class SurfaceMesh:
 def difference_operator(pairs: Integers, n_points: int) -> sp.csr_array:
     """Sparse operator that maps point values to their differences x_j − x_i over pairs (i, j)."""
     m = len(pairs)
-    entries = (np.tile([-1.0, 1.0], m), (np.repeat(np.arange(m), 2), pairs.ravel()))
+    entries = (np.tile([-1.0, 1.0], m), pairs.ravel(), np.arange(0, 2 * m + 1, 2))
     return sp.csr_array(entries, shape=(m, n_points))
 
 

@@ -116,7 +116,7 @@ class Case:
     @property
     def radius(self) -> float:
         """Radius of a ball of the rest volume, m."""
-        return math.cbrt(3 * self.mesh.volume / (4 * math.pi))
+        return self.mesh.radius
 
     def in_own_units(self) -> Case:
         """Return the same case in other units: its mass, its radius and its step are 1.

@@ -7,7 +7,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from softbody_core.configuration import norms, scatter, take
-from softbody_core.mesh import per_component
+from softbody_core.mesh import difference_operator, per_component
 from softbody_core.neighbours import Pairs
 
 Floats = NDArray[np.float64]
@@ -52,10 +52,8 @@ class PairGeometry:
         self._to_first = sp.csr_array(entries, shape=(n_points, n_points))
         self._to_second = sp.csc_array(entries, shape=(n_points, n_points))
         self.weights = self._to_first.data = self._to_second.data
-        ends = np.stack([pairs.first, pairs.second], axis=1).ravel()
-        signs = np.tile([-1.0, 1.0], p)
-        columns = sp.csc_array((signs, ends, np.arange(0, 2 * p + 1, 2)), shape=(n_points, p))
-        self._onto_ends = per_component(columns.tocsr())
+        differences = difference_operator(np.stack(pairs, axis=1), n_points)
+        self._onto_ends = per_component(differences.T.tocsr())
 
     def move_to(self, positions: Floats) -> None:
         """Look at other positions, m, shape (3, n)."""

@@ -111,8 +111,7 @@ class _BoundSPH(BoundForce):
         # The fluid resists a change of area like a membrane of modulus k times the mass per area.
         modulus = self._law.gas_constant * float(self._masses.sum()) / self._area
         # Its viscosity resists a uniform rate of stretch as dampers on the edges would.
-        self._fluid(self._rest)
-        geometry = self._look(self._rest.positions)
+        geometry, _ = self._fluid(self._rest)
         drag = self._law.viscosity * self._spiky * self._shares * geometry.gap
         edges = float(np.vdot(self._rest.edge_lengths, self._rest.edge_lengths))
         damping = float(np.vdot(drag, geometry.lengths**2)) / edges

@@ -107,7 +107,7 @@ class Shapes:
         work: Work,
     ) -> None:
         self._model = model
-        self._spacing = spacing
+        self.spacing = spacing
         self._max_iterations = max_iterations
         self._work = work
         self._operator = ConstantOperator(model, work)
@@ -130,7 +130,7 @@ class Shapes:
 
     def volume(self, index: int) -> float:
         """Volume of a station, m³."""
-        return self._model.mesh.volume * math.exp(index * self._spacing)
+        return self._model.mesh.volume * math.exp(index * self.spacing)
 
     def rest(self) -> Station:
         """Shape at rest at the volume of the mesh."""

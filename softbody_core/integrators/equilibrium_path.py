@@ -44,13 +44,10 @@ class EquilibriumPath:
     ----------
     shapes : Shapes
         Finds what follows.
-    spacing : float
-        Logarithm of the ratio of neighbouring volumes.
     """
 
-    def __init__(self, shapes: Shapes, spacing: float) -> None:
+    def __init__(self, shapes: Shapes) -> None:
         self._shapes = shapes
-        self._spacing = spacing
         self._below = self._rest = shapes.rest()
         self._following: dict[tuple[Station, int], Station] = {}
         self._above = self._follow(self._below, 1)
@@ -71,7 +68,7 @@ class EquilibriumPath:
         below, above = self._ahead(volume)
         share = self._share(below, volume)
         outward = above.positions - below.positions
-        return below.positions + share * outward, outward / (self._spacing * volume)
+        return below.positions + share * outward, outward / (self._shapes.spacing * volume)
 
     def trail(self) -> Trail:
         """Everything that decides what the path does next."""
@@ -83,7 +80,7 @@ class EquilibriumPath:
         self._following = dict(trail.following)
 
     def _share(self, below: Station, volume: float) -> float:
-        return math.log(volume / self._shapes.volume(below.index)) / self._spacing
+        return math.log(volume / self._shapes.volume(below.index)) / self._shapes.spacing
 
     def _ahead(self, volume: float) -> tuple[Station, Station]:
         """Shapes on both sides of a volume, as met on the way there from where the path stands."""

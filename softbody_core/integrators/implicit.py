@@ -74,7 +74,7 @@ class ImplicitStepper(Stepper):
         self._parameters = parameters
         self._model = model
         self._solver = QuasiNewton(model, parameters.max_iterations, self.work)
-        self._radius = float(np.cbrt(3 * model.mesh.volume / (4 * math.pi)))
+        self._radius = model.mesh.radius
         self._accuracy = parameters.solver_accuracy * parameters.tolerance * self._radius
         self._step = math.inf
         self._last: Reached | None = None

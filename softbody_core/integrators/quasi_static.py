@@ -75,7 +75,7 @@ class _QuasiStatic(Stepper):
         shapes = Shapes(
             model, parameters.spacing, parameters.tolerance, parameters.max_iterations, self.work
         )
-        self._path = EquilibriumPath(shapes, parameters.spacing)
+        self._path = EquilibriumPath(shapes)
         self._reached: tuple[State, float] | None = None
 
     def memory(self) -> object:
@@ -133,21 +133,24 @@ class _SlowVolume:
 
     def _flow_and_rate(self, volume: float) -> tuple[float, float]:
         """dV/dt, m³/s, and its rate, 1/s, at the resistance here; −∞ where nothing resists."""
-        resistance = self.model.resistance + self._balance(volume).drag
+        drive, resistance = self._drive_and_resistance(volume)
         if resistance <= 0:
             return 0.0, -math.inf
-        drive, ahead = self._drive(volume), self._drive(volume * (1 + _NUDGE))
+        ahead = self._drive(volume * (1 + _NUDGE))
         return drive / resistance, (ahead - drive) / (volume * _NUDGE * resistance)
 
     def _flow(self, volume: float) -> float:
-        balance = self._balance(volume)
-        drive = self.model.load(balance.gas_volume, self.inputs) - balance.recoil
-        return drive / (self.model.resistance + balance.drag)
+        drive, resistance = self._drive_and_resistance(volume)
+        return drive / resistance
 
     def _drive(self, volume: float) -> float:
-        """Pressure that is left when the recoil is balanced, Pa."""
+        return self._drive_and_resistance(volume)[0]
+
+    def _drive_and_resistance(self, volume: float) -> tuple[float, float]:
+        """Pressure that is left when the recoil is balanced, Pa, and what resists it, Pa·s/m³."""
         balance = self._balance(volume)
-        return self.model.load(balance.gas_volume, self.inputs) - balance.recoil
+        drive = self.model.load(balance.gas_volume, self.inputs) - balance.recoil
+        return drive, self.model.resistance + balance.drag
 
     def _equilibrium(self, volume: float) -> float:
         """Nearest volume at which nothing flows, in the direction of the drive."""
