@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 
 import xarray as xr
@@ -51,3 +52,33 @@ def save(dataset: xr.Dataset, path: Path) -> None:
     except OSError as error:
         partial.unlink(missing_ok=True)
         raise OutputError(f"output {path} cannot be written: {error}") from error
+
+
+def check_results(output: Path, *, plot: bool) -> Path | None:
+    """Raise `OutputError` unless a dataset, and its picture if wanted, can be written.
+
+    Returns
+    -------
+    Path or None
+        Where the picture goes: beside the dataset. None if none is wanted.
+    """
+    check_writable(output, ".nc")
+    if not plot:
+        return None
+    picture = output.with_suffix(".png")
+    check_writable(picture, ".png")
+    return picture
+
+
+def save_results(
+    dataset: xr.Dataset,
+    output: Path,
+    picture: Path | None,
+    draw: Callable[[xr.Dataset, Path], None],
+) -> str:
+    """Write a dataset, and its picture where there is a place for it; say what was written."""
+    save(dataset, output)
+    if picture is None:
+        return f"wrote {output}"
+    draw(dataset, picture)
+    return f"wrote {output} and {picture}"

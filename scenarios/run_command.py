@@ -10,7 +10,7 @@ from rich.console import Console
 
 from scenarios.arguments import chosen, seconds
 from scenarios.errors import RunError
-from scenarios.output import check_writable, save
+from scenarios.output import check_results, save_results
 from scenarios.plots import save_overview
 from scenarios.report import progress_bar, show_breaths, show_controller
 from scenarios.runner import run, with_controller
@@ -57,10 +57,7 @@ def run_(
     """
     scene = chosen(scenario, set_, cycles)
     every = None if positions is None else seconds(positions, "--positions")
-    check_writable(output, ".nc")
-    picture = output.with_suffix(".png")
-    if plot:
-        check_writable(picture, ".png")
+    picture = check_results(output, plot=plot)
     out = Console(quiet=quiet)
     if controller is not None:
         scene = with_controller(scene, controller)
@@ -78,13 +75,9 @@ def run_(
             failure, dataset = error, error.dataset
     if picked is not None:
         dataset.attrs |= {"accuracy_asked": accuracy, "error_estimate": picked.error}
-    save(dataset, output)
-    written = [output]
-    if plot:
-        save_overview(dataset, picture)
-        written.append(picture)
+    written = save_results(dataset, output, picture, save_overview)
     show_breaths(out, dataset)
     show_controller(out, scene.controller)
-    out.print(f"wrote {' and '.join(map(str, written))}", highlight=False, soft_wrap=True)
+    out.print(written, highlight=False, soft_wrap=True)
     if failure is not None:
         raise failure

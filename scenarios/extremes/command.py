@@ -17,7 +17,7 @@ from scenarios.errors import RunError
 from scenarios.extremes.plot import save_picture
 from scenarios.extremes.survey import survey
 from scenarios.extremes.verdict import Outcome
-from scenarios.output import check_writable, save
+from scenarios.output import check_results, save_results
 
 
 def extremes_(
@@ -51,10 +51,7 @@ def extremes_(
         Print nothing but errors.
     """
     scene, allowed = chosen(scenario, set_), seconds(limit, "--limit")
-    check_writable(output, ".nc")
-    drawing = output.with_suffix(".png")
-    if plot:
-        check_writable(drawing, ".png")
+    picture = check_results(output, plot=plot)
     out = Console(quiet=quiet)
     columns = (
         BarColumn(bar_width=30),
@@ -72,13 +69,9 @@ def extremes_(
                 task, completed=done, total=total, description=name
             ),
         )
-    save(dataset, output)
-    written = [output]
-    if plot:
-        save_picture(dataset, drawing)
-        written.append(drawing)
+    written = save_results(dataset, output, picture, save_picture)
     show_outcomes(out, dataset)
-    out.print(f"wrote {' and '.join(map(str, written))}", highlight=False, soft_wrap=True)
+    out.print(written, highlight=False, soft_wrap=True)
     defects = int((dataset["outcome"] == Outcome.DEFECT).sum())
     if defects:
         ended = "trial ends" if defects == 1 else "trials end"

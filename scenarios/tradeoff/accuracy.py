@@ -5,7 +5,7 @@ Costs are counts and not times, so the same scenario gets the same pick on every
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -126,33 +126,22 @@ def pick(
     error = left
     tried: list[tuple[Integrator, float, float]] = [(finer, left, lowest)]
     ways = families(accuracy) if _MARGIN * left <= accuracy else []
-    for candidate in _in_turn(ways, tried, accuracy):
-        try:
-            dataset = _pilot(breath, candidate, watch, lowest)
-        except SoftBodyError as failure:
-            if isinstance(failure.__cause__, KeyboardInterrupt):
-                raise
-            tried.append((candidate, float("nan"), float("nan")))
-            continue
-        estimate = volume_error(dataset, against) + left
-        tried.append((candidate, estimate, _cost(dataset)))
-        if _MARGIN * estimate <= accuracy and _cost(dataset) < lowest:
-            best, lowest, error = candidate, _cost(dataset), estimate
-    return Pick(scenario.changed({"integrator": dict(best)}), best, error, tuple(tried))
-
-
-def _in_turn(
-    ways: list[list[Integrator]],
-    tried: list[tuple[Integrator, float, float]],
-    accuracy: float,
-) -> Iterator[Integrator]:
-    """Give candidates from coarse to fine; a family ends when one is good enough, or too dear."""
     for family in ways:
-        for candidate in family:
-            yield candidate
-            _, estimate, cost = tried[-1]
-            if _MARGIN * estimate <= accuracy or cost != cost:
+        for candidate in family:  # from coarse to fine, until one is good enough, or too dear
+            try:
+                dataset = _pilot(breath, candidate, watch, lowest)
+            except SoftBodyError as failure:
+                if isinstance(failure.__cause__, KeyboardInterrupt):
+                    raise
+                tried.append((candidate, float("nan"), float("nan")))
                 break
+            estimate, cost = volume_error(dataset, against) + left, _cost(dataset)
+            tried.append((candidate, estimate, cost))
+            if _MARGIN * estimate <= accuracy:
+                if cost < lowest:
+                    best, lowest, error = candidate, cost, estimate
+                break
+    return Pick(scenario.changed({"integrator": dict(best)}), best, error, tuple(tried))
 
 
 def _pilot(

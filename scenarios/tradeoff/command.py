@@ -10,7 +10,7 @@ from rich.console import Console
 
 from scenarios.arguments import chosen, seconds
 from scenarios.errors import RunError
-from scenarios.output import check_writable, save
+from scenarios.output import check_results, save_results
 from scenarios.runner import with_controller
 from scenarios.tradeoff.axes import read_axes
 from scenarios.tradeoff.grid import trade
@@ -62,10 +62,7 @@ def trade_(
     if controller is not None:
         scene = with_controller(scene, controller)
     axes, longest = read_axes(axis), seconds(limit, "--limit")
-    check_writable(output, ".nc")
-    picture = output.with_suffix(".png")
-    if plot:
-        check_writable(picture, ".png")
+    picture = check_results(output, plot=plot)
     out = Console(quiet=quiet)
     failure: RunError | None = None
     with grid_bar(out) as progress:
@@ -73,12 +70,8 @@ def trade_(
             dataset = trade(scene, axes, scene.run.cycles, limit=longest, progress=progress)
         except RunError as error:
             failure, dataset = error, error.dataset
-    save(dataset, output)
-    written = [output]
-    if plot:
-        save_work_precision(dataset, picture)
-        written.append(picture)
+    written = save_results(dataset, output, picture, save_work_precision)
     show_trade(out, dataset, every=all_)
-    out.print(f"wrote {' and '.join(map(str, written))}", highlight=False, soft_wrap=True)
+    out.print(written, highlight=False, soft_wrap=True)
     if failure is not None:
         raise failure
