@@ -28,11 +28,14 @@ class Quantity:
         Smallest admissible value.
     above : float, optional
         Bound that the value has to exceed.
+    below : float, optional
+        Bound that the value must not reach.
     """
 
     unit: str
     at_least: float | None = None
     above: float | None = None
+    below: float | None = None
 
     def check(self, name: str, value: float) -> None:
         """Raise `ParameterError` unless `value` is finite and within the bounds."""
@@ -43,6 +46,8 @@ class Quantity:
             raise ParameterError(f"{name} = {value:g}{unit}: expected at least {self.at_least:g}")
         if self.above is not None and value <= self.above:
             raise ParameterError(f"{name} = {value:g}{unit}: expected more than {self.above:g}")
+        if self.below is not None and value >= self.below:
+            raise ParameterError(f"{name} = {value:g}{unit}: expected less than {self.below:g}")
 
 
 def quantities_of(parameters: type[Any]) -> dict[str, Quantity]:
@@ -76,4 +81,5 @@ class Parameters:
         for name, quantity in quantities_of(type(self)).items():
             value = getattr(self, name)
             if value is not None:
-                quantity.check(f"{type(self).__name__}.{name}", value)
+                for part in value if isinstance(value, tuple) else (value,):
+                    quantity.check(f"{type(self).__name__}.{name}", part)

@@ -8,11 +8,10 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 import scipy.sparse as sp
-import scipy.sparse.linalg
 from numpy.typing import NDArray
 
 from softbody_core.configuration import Configuration, scatter
-from softbody_core.forces.force import BoundForce, Rates, Tangent, blocks
+from softbody_core.forces.force import BoundForce, Rates, Tangent, blocks, largest_eigenvalue
 from softbody_core.mesh import SurfaceMesh, per_component
 from softbody_core.parameters import Parameters, Quantity
 from softbody_core.state import Inputs
@@ -108,14 +107,7 @@ class _BoundMassSpring(BoundForce):
 
     @cached_property
     def _largest_laplacian_eigenvalue(self) -> float:
-        """Largest eigenvalue of M⁻¹L, 1/kg."""
-        scale = sp.diags_array(1 / np.sqrt(self._masses))
-        # The highest mode alternates from point to point; any fixed start that is not smooth does.
-        start = np.cos(2.4 * np.arange(len(self._masses)) ** 1.5)
-        largest = scipy.sparse.linalg.eigsh(
-            scale @ self._laplacian @ scale, k=1, v0=start, tol=1e-3, return_eigenvectors=False
-        )
-        return 1.002 * float(largest[0])
+        return largest_eigenvalue(self._laplacian, self._masses)
 
     def _tension_over_length(self, configuration: Configuration) -> Floats:
         """k_s (1 − l⁰/l), N/m, shape (m,); an edge of no length pulls nowhere."""

@@ -35,7 +35,8 @@ class SurfaceSPH(Parameters):
 
     Eq. 7 is printed with L_i − L_j; only the sum, as in Müller et al. 2003, conserves momentum.
     Eqs 7 and 8 are force densities; times m_i/ρ_i they are newtons. The initial density ρ⁰ of
-    eq. 6 is each point's own, so that the body rests in its rest shape.
+    eq. 6 is each point's own, times `rest_density`: at 1 the body rests in its rest shape, below 1
+    the fluid is compressed there and pushes the surface apart.
 
     Parameters
     ----------
@@ -45,6 +46,8 @@ class SurfaceSPH(Parameters):
         μ, Pa·s.
     core_radius : float
         h_w in mean edge lengths of the surface at rest.
+    rest_density : float
+        ρ⁰ over the density of each point in the rest shape.
     pressure : {"sum", "difference"}
         ``"difference"`` is eq. 7 as printed.
     """
@@ -54,6 +57,7 @@ class SurfaceSPH(Parameters):
     gas_constant: Annotated[float, Quantity("m^2/s^2", at_least=0)]
     viscosity: Annotated[float, Quantity("Pa.s", at_least=0)] = 0.0
     core_radius: Annotated[float, Quantity("1", above=0)] = 2.0
+    rest_density: Annotated[float, Quantity("1", at_least=0)] = 1.0
     pressure: Literal["sum", "difference"] = "sum"
 
     def bind(self, mesh: SurfaceMesh, masses: Floats) -> BoundForce:
@@ -76,7 +80,7 @@ class _BoundSPH(BoundForce):
         self._sign = 1.0 if law.pressure == "sum" else -1.0
         self._rest = Configuration(mesh, np.ascontiguousarray(mesh.points.T))
         geometry = self._look(self._rest.positions)
-        self._rest_densities = self._densities(geometry)
+        self._rest_densities = law.rest_density * self._densities(geometry)
 
     def force(self, configuration: Configuration, velocities: Floats, inputs: Inputs) -> Floats:
         geometry, _ = self._fluid(configuration)

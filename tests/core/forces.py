@@ -9,9 +9,11 @@ import numpy as np
 from softbody_core import (
     FORCES,
     AirwayResistance,
+    Bending,
     Gravity,
     InternalPressure,
     MassSpring,
+    Membrane,
     SurfaceSPH,
 )
 from softbody_core.configuration import Configuration
@@ -21,10 +23,12 @@ INPUTS: Final = Inputs(delta_p=350.0, n=40_000.0)
 
 EXAMPLES: Final = {
     "mass_spring": [MassSpring(120.0, 0.3)],
+    "membrane": [Membrane(140.0, 1 / 3, 0.3), Membrane(140.0, -0.4)],
+    "bending": [Bending(0.1, 0.01)],
     "surface_sph": [
         SurfaceSPH(30.0, 0.8, 2.2),
         SurfaceSPH(300.0, 0.0, 1.5),
-        SurfaceSPH(30.0, 0.5, 2.0, "difference"),
+        SurfaceSPH(30.0, 0.5, 2.0, pressure="difference"),
     ],
     "internal_pressure": [
         InternalPressure(1e-3),

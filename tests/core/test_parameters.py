@@ -10,6 +10,7 @@ from softbody_core import (
     Gravity,
     Inputs,
     MassSpring,
+    Membrane,
     ParameterError,
     PinnedPoints,
     PinnedTop,
@@ -62,6 +63,8 @@ def test_a_message_names_class_field_value_and_bound():
         MassSpring(-5.0)
     with pytest.raises(ParameterError, match=r"SurfaceSPH\.core_radius = 0: expected more than 0"):
         SurfaceSPH(1.0, core_radius=0.0)
+    with pytest.raises(ParameterError, match=r"Membrane\.poisson_ratio = 1: expected less than 1"):
+        Membrane(1.0, 1.0)
 
 
 @pytest.mark.parametrize("law", FORCES.values(), ids=lambda law: law.__name__)
