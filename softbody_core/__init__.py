@@ -1,21 +1,34 @@
 """A soft body after Mesit & Guha (2011), and how it moves."""
 
-from softbody_core.body import Observation, SavedBody, SoftBody
-from softbody_core.constraints import CONSTRAINTS, PinnedPoints, PinnedTop
+from softbody_core.body import SavedBody, SoftBody
+from softbody_core.constraints import (
+    CONSTRAINTS,
+    Constraint,
+    PinnedPoints,
+    PinnedTop,
+    Restraint,
+    VolumeCap,
+    WeightCourse,
+    WeightRatio,
+)
+from softbody_core.contact import Contact
 from softbody_core.errors import (
     CrowdedError,
     DivergenceError,
     MeshError,
     ParameterError,
     SoftBodyError,
+    SqueezedError,
     StepLimitError,
 )
 from softbody_core.forces import (
     FORCES,
     AirwayResistance,
+    Bending,
     Gravity,
     InternalPressure,
     MassSpring,
+    Membrane,
     SurfaceSPH,
 )
 from softbody_core.integrators import (
@@ -28,8 +41,10 @@ from softbody_core.integrators import (
 )
 from softbody_core.mesh import SurfaceMesh
 from softbody_core.model import SoftBodyModel
-from softbody_core.shapes import ball, icosphere
-from softbody_core.state import Inputs, State
+from softbody_core.observation import Observation
+from softbody_core.rigid import RigidBody
+from softbody_core.shapes import ball, icosphere, revolved, wine_glass
+from softbody_core.state import Inputs, RigidState, State
 from softbody_core.weights import Weights
 
 __all__ = [
@@ -39,29 +54,42 @@ __all__ = [
     "RK4",
     "SDIRK2",
     "AirwayResistance",
+    "Bending",
+    "Constraint",
+    "Contact",
     "CrowdedError",
     "DivergenceError",
     "Gravity",
     "Inputs",
     "InternalPressure",
     "MassSpring",
+    "Membrane",
     "MeshError",
     "Observation",
     "ParameterError",
     "PinnedPoints",
     "PinnedTop",
+    "Restraint",
+    "RigidBody",
+    "RigidState",
     "SavedBody",
     "SoftBody",
     "SoftBodyError",
     "SoftBodyModel",
+    "SqueezedError",
     "State",
     "StepLimitError",
     "SurfaceMesh",
     "SurfaceSPH",
     "SymplecticEuler",
     "VelocityVerlet",
+    "VolumeCap",
+    "WeightCourse",
+    "WeightRatio",
     "Weights",
     "Work",
     "ball",
     "icosphere",
+    "revolved",
+    "wine_glass",
 ]

@@ -10,42 +10,14 @@ from numpy.typing import NDArray
 from softbody_core.configuration import Configuration
 from softbody_core.errors import ParameterError
 from softbody_core.integrators import Integrator, VelocityVerlet, Work
+from softbody_core.integrators.restrained import bind
 from softbody_core.model import SoftBodyModel
+from softbody_core.observation import Observation
 from softbody_core.stability import check_finite, check_volume
 from softbody_core.state import Inputs, State
+from softbody_core.weights import Weights
 
 Floats = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Observation:
-    """What can be seen of a body from outside, in SI units.
-
-    Attributes
-    ----------
-    time : float
-        s.
-    volume : float
-        Enclosed volume, m³.
-    bounding_box : ndarray, shape (2, 3)
-        Lowest and highest corner, m.
-    bounding_box_volume : float
-        B, m³.
-    pressure : float
-        Driving pressure difference across the wall, γ (κN/B + ΔP), Pa.
-    flow : float
-        dV/dt, m³/s, positive while inhaling.
-    alveolar_pressure : float
-        `pressure` less R_aw · flow, Pa: what the tissue balances.
-    """
-
-    time: float
-    volume: float
-    bounding_box: Floats
-    bounding_box_volume: float
-    pressure: float
-    flow: float
-    alveolar_pressure: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +26,7 @@ class SavedBody:
 
     state: State
     inputs: Inputs
+    weights: Weights
     work: Work
     memory: object
 
@@ -81,10 +54,12 @@ class SoftBody:
     def __init__(self, model: SoftBodyModel, integrator: Integrator | None = None) -> None:
         self.model = model
         self.integrator: Integrator = integrator if integrator is not None else VelocityVerlet()
+        self._stepper = bind(self.integrator, model)
         self.state = State.at_rest(model.mesh)
+        for restraint in model.restraints:
+            self.state = restraint.start(self.state)
         self._inputs = Inputs()
         self._checked = self.state
-        self._stepper = self.integrator.bind(model)
 
     def step(self, dt: float, delta_p: float = 0.0, n: float = 0.0) -> Observation:
         """Move on by one communication step.
@@ -114,6 +89,8 @@ class SoftBody:
             raise ParameterError(f"dt = {dt} s: expected a positive number")
         inputs = Inputs(delta_p=delta_p, n=n)
         self._check_new_state()
+        if self.model.has_relations:
+            self._take_weights(self.model.related(self.observe()))
         memory, work = self._stepper.memory(), self.work
         try:
             state = self._stepper.advance(self.state, inputs, dt)
@@ -125,6 +102,14 @@ class SoftBody:
         self.state, self._inputs = state, inputs
         self._checked = state
         return seen
+
+    def _take_weights(self, weights: Weights) -> None:
+        """Go on under other weights. A scheme starts afresh then: its past was another body's."""
+        if weights != self.model.weights:
+            work = self.work
+            self.model = self.model.reweighted(weights)
+            self._stepper = bind(self.integrator, self.model)
+            self._stepper.work.reset_to(work)
 
     def _check_new_state(self) -> None:
         """Refuse a state that was put in place from outside and is no body."""
@@ -156,6 +141,8 @@ class SoftBody:
             pressure=pressure,
             flow=flow,
             alveolar_pressure=pressure - self.model.resistance * flow,
+            clearance=min((one.clearance(state) for one in self.model.restraints), default=np.inf),
+            obstacles=state.obstacles,
         )
 
     @property
@@ -180,7 +167,9 @@ class SoftBody:
 
     def save(self) -> SavedBody:
         """Everything needed to come back to this point exactly."""
-        return SavedBody(self.state, self._inputs, self.work, self._stepper.memory())
+        return SavedBody(
+            self.state, self._inputs, self.model.weights, self.work, self._stepper.memory()
+        )
 
     def restore(self, saved: SavedBody) -> None:
         """Go back to a saved point. What follows repeats to the bit."""
@@ -189,6 +178,7 @@ class SoftBody:
                 f"the saved body has {saved.state.positions.shape[1]} points, this one has "
                 f"{self.model.mesh.n_points}; restore into the body that was saved, or its twin"
             )
+        self._take_weights(saved.weights)
         self.state, self._inputs = saved.state, saved.inputs
         self._stepper.work.reset_to(saved.work)
         self._stepper.recall(saved.memory)

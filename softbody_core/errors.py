@@ -48,6 +48,30 @@ class CrowdedError(SoftBodyError, ArithmeticError):
         )
 
 
+class SqueezedError(SoftBodyError, ArithmeticError):
+    """Points have no place left between obstacles that close on each other.
+
+    Parameters
+    ----------
+    time : float
+        Simulated time, s.
+    obstacles : list of str
+        Their names.
+    """
+
+    def __init__(self, time: float, obstacles: list[str]) -> None:
+        self.time = time
+        self.obstacles = obstacles
+        super().__init__(time, obstacles)
+
+    def __str__(self) -> str:
+        """One sentence with the time, the obstacles and what to try."""
+        return (
+            f"at t = {self.time:.6g} s, points of the body have no place left between obstacles "
+            f"{', '.join(self.obstacles)}; keep them further apart, or make them slower"
+        )
+
+
 class DivergenceError(SoftBodyError, ArithmeticError):
     """The body left the range of physical states; it stands at its last good state.
 

@@ -110,6 +110,10 @@ class SurfaceMesh:
         """Return the same shape with an enclosed volume of `volume`, m³."""
         return self.scaled(float(np.cbrt(volume / self.volume)))
 
+    def moved(self, by: ArrayLike) -> SurfaceMesh:
+        """Return the same surface moved by a vector, m."""
+        return SurfaceMesh.from_arrays(self.points + np.asarray(by), self.triangles)
+
     @property
     def n_points(self) -> int:
         """Number of points."""

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from copy import copy
 
 import numpy as np
 from numpy.typing import NDArray
 
 from softbody_core.configuration import Configuration
-from softbody_core.constraints import Constraint
+from softbody_core.constraints import Constraint, Restraint
 from softbody_core.errors import ParameterError
 from softbody_core.forces import AirwayResistance, Force, InternalPressure, Rates
 from softbody_core.forces.airway_resistance import BoundResistance
 from softbody_core.forces.force import BoundForce
 from softbody_core.mesh import SurfaceMesh
+from softbody_core.observation import Observation
+from softbody_core.rigid import RigidBody
 from softbody_core.state import Inputs, State
 from softbody_core.weights import Weights
 
@@ -37,7 +40,7 @@ class SoftBodyModel:
     weights : Weights
         α, β, γ, δ.
     constraints : sequence of Constraint
-        What holds points.
+        What holds points, relates weights, or restrains the motion; restraints act in this order.
 
     Raises
     ------
@@ -60,25 +63,67 @@ class SoftBodyModel:
             if kinds.count(kind) > 1:
                 raise ParameterError(f"{kind.__name__} is given twice; give each law once")
         self.mesh = mesh
-        self.weights = weights if weights is not None else Weights()
+        self._given_weights = weights if weights is not None else Weights()
+        self.weights = self._given_weights
         self.masses: Floats = mass * mesh.point_areas / mesh.area
+        self._constraints = tuple(constraints)
         held = np.zeros(mesh.n_points, dtype=np.bool_)
         for constraint in constraints:
             held |= constraint.held(mesh)
         self.inverse_masses: Floats = np.where(held, 0.0, 1 / self.masses)
-        acting = [force for force in forces if self.weights.of(force.control) != 0]
-        self.terms: list[tuple[float, BoundForce]] = [
-            (self.weights.of(force.control), force.bind(mesh, self.masses))
+        bound = [one.bind(mesh, self.masses, self.inverse_masses) for one in constraints]
+        self.restraints: list[Restraint] = [one for one in bound if one is not None]
+        self._laws = tuple(forces)
+        self._bind_laws({})
+
+    def _bind_laws(self, known: Mapping[Force, BoundForce]) -> None:
+        """Bind the laws that have a weight; those known are bound already."""
+        acting = [force for force in self._laws if self.weights.of(force.control) != 0]
+        self._bound = {
+            force: known.get(force) or force.bind(self.mesh, self.masses)
             for force in acting
             if not isinstance(force, AirwayResistance)
+        }
+        self.terms: list[tuple[float, BoundForce]] = [
+            (self.weights.of(force.control), term) for force, term in self._bound.items()
         ]
         self.airway: BoundResistance | None = None
         self._pressure: InternalPressure | None = None
         for force in acting:
             if isinstance(force, AirwayResistance) and force.resistance > 0:
-                self.airway = force.bind(mesh, self.masses)
+                self.airway = force.bind(self.mesh, self.masses)
             if isinstance(force, InternalPressure):
                 self._pressure = force
+
+    @property
+    def obstacles(self) -> tuple[RigidBody, ...]:
+        """Rigid bodies around the body."""
+        return tuple(b for one in self._constraints for b in one.obstacles)
+
+    @property
+    def has_relations(self) -> bool:
+        """Whether a constraint relates the weights."""
+        return any(type(one).related is not Constraint.related for one in self._constraints)
+
+    def related(self, seen: Observation) -> Weights:
+        """Weights that the constraints ask for, of a body that is seen like this.
+
+        Parameters
+        ----------
+        seen : Observation
+            The body at the start of a communication step.
+        """
+        weights = self._given_weights
+        for constraint in self._constraints:
+            weights = constraint.related(weights, seen)
+        return weights
+
+    def reweighted(self, weights: Weights) -> SoftBodyModel:
+        """Return this model with other weights; laws that are bound stay bound."""
+        other = copy(self)
+        other.weights = weights
+        other._bind_laws(self._bound)  # noqa: SLF001 - of the same class
+        return other
 
     def force(self, configuration: Configuration, velocities: Floats, inputs: Inputs) -> Floats:
         """Composite force of eq. 1, N, shape (3, n), without the airway's resistance."""

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Final
+
 import numpy as np
 import trimesh
 from scipy.spatial import ConvexHull
@@ -66,3 +69,68 @@ def ball(n_points: int, radius: float = 1.0) -> SurfaceMesh:
     inward = np.einsum("tk,tk->t", normals, corner[:, 0]) < 0
     triangles[inward] = triangles[inward][:, ::-1]
     return SurfaceMesh.from_arrays(radius * points, triangles)
+
+
+def revolved(profile: Sequence[tuple[float, float]], segments: int) -> SurfaceMesh:
+    """Closed surface of revolution about the z-axis.
+
+    Parameters
+    ----------
+    profile : sequence of (r, z)
+        Radius and height of the points of the outline, m, counter-clockwise in the (r, z) plane.
+        The first and the last are on the axis, the others are not.
+    segments : int
+        Parts of a full turn, at least 3.
+
+    Raises
+    ------
+    ParameterError
+        If the profile does not start and end on the axis, or there are too few segments.
+    """
+    if segments < 3:
+        raise ParameterError(f"{segments} segments of a surface of revolution: expected at least 3")
+    radius, height = np.array(profile, dtype=np.float64).T
+    if radius[0] != 0 or radius[-1] != 0 or np.any(radius[1:-1] <= 0) or len(radius) < 3:
+        raise ParameterError(
+            "the profile of a surface of revolution starts and ends at r = 0, and has only "
+            f"points with r > 0 in between; got r = {radius.tolist()}"
+        )
+    turn = 2 * np.pi * np.arange(segments) / segments
+    rings = [
+        np.stack([r * np.cos(turn), r * np.sin(turn), np.full(segments, z)], axis=1)
+        for r, z in zip(radius[1:-1], height[1:-1], strict=True)
+    ]
+    bottom, top = [[0.0, 0.0, height[0]]], [[0.0, 0.0, height[-1]]]
+    points = np.concatenate([bottom, *rings, top])
+    here = np.arange(segments)
+    along = np.roll(here, -1)
+    triangles = [np.stack([np.zeros_like(here), 1 + along, 1 + here], axis=1)]
+    for ring in range(len(rings) - 1):
+        a, b = 1 + ring * segments, 1 + (ring + 1) * segments
+        triangles.append(np.stack([a + here, a + along, b + along], axis=1))
+        triangles.append(np.stack([a + here, b + along, b + here], axis=1))
+    last = 1 + (len(rings) - 1) * segments
+    tip = np.full_like(here, len(points) - 1)
+    triangles.append(np.stack([last + here, last + along, tip], axis=1))
+    return SurfaceMesh.from_arrays(points, np.concatenate(triangles))
+
+
+_WINE_GLASS: Final = (
+    *[(0.0, 0.0), (0.034, 0.0), (0.034, 0.002), (0.020, 0.004), (0.006, 0.010), (0.004, 0.020)],
+    *[(0.004, 0.085), (0.008, 0.092), (0.022, 0.100), (0.034, 0.115), (0.0395, 0.135)],
+    *[(0.0405, 0.155), (0.038, 0.180), (0.034, 0.205), (0.0325, 0.205), (0.0365, 0.180)],
+    *[(0.0388, 0.155), (0.0378, 0.135), (0.0325, 0.1165), (0.021, 0.1025), (0.008, 0.0955)],
+    (0.0, 0.095),
+)
+"""Radius and height, m: from the foot up the outer wall to the rim, and down the inner one."""
+
+
+def wine_glass(segments: int = 96) -> SurfaceMesh:
+    """Wine glass of 205 mm with walls of 1.5 mm; its bowl holds 0.4 L.
+
+    Parameters
+    ----------
+    segments : int
+        Parts of a full turn.
+    """
+    return revolved(_WINE_GLASS, segments)

@@ -1,4 +1,4 @@
-"""What changes while a body moves: time, positions, velocities, and the inputs held on it."""
+"""What changes: time, positions, velocities, rigid bodies around, and the inputs held."""
 
 from __future__ import annotations
 
@@ -11,6 +11,30 @@ from numpy.typing import NDArray
 from softbody_core.mesh import SurfaceMesh
 from softbody_core.parameters import Parameters, Quantity
 
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class RigidState:
+    """One instant of a rigid body.
+
+    Attributes
+    ----------
+    position : ndarray, shape (3,)
+        Centre of mass, m.
+    rotation : ndarray, shape (3, 3)
+        Turns vectors of the body as it was given into the world.
+    velocity : ndarray, shape (3,)
+        Of the centre of mass, m/s.
+    angular_velocity : ndarray, shape (3,)
+        In the world's axes, rad/s.
+    """
+
+    position: Floats
+    rotation: Floats
+    velocity: Floats
+    angular_velocity: Floats
+
 
 @dataclass(frozen=True, eq=False)
 class State:
@@ -22,11 +46,14 @@ class State:
         Simulated time, s.
     positions, velocities : ndarray, shape (3, n)
         m and m/s, one row a component.
+    obstacles : tuple of RigidState
+        The rigid bodies around it.
     """
 
     time: float
-    positions: NDArray[np.float64]
-    velocities: NDArray[np.float64]
+    positions: Floats
+    velocities: Floats
+    obstacles: tuple[RigidState, ...] = ()
 
     @classmethod
     def at_rest(cls, mesh: SurfaceMesh) -> State:

@@ -1,28 +1,21 @@
-"""Constraints C of S3D: what points may not do."""
+"""Points that are held where they rest."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Final, Protocol
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
+from softbody_core.constraints.constraint import Constraint
 from softbody_core.errors import ParameterError
 from softbody_core.mesh import SurfaceMesh
 from softbody_core.parameters import Parameters, Quantity
 
 
-class Constraint(Protocol):
-    """Chooses points that are held where they rest."""
-
-    def held(self, mesh: SurfaceMesh) -> NDArray[np.bool_]:
-        """Return True for each held point, shape (n,)."""
-        ...
-
-
 @dataclass(frozen=True)
-class PinnedPoints:
+class PinnedPoints(Constraint):
     """Points held by index.
 
     Parameters
@@ -47,7 +40,7 @@ class PinnedPoints:
 
 
 @dataclass(frozen=True)
-class PinnedTop(Parameters):
+class PinnedTop(Parameters, Constraint):
     """The highest points, as a lung hangs from its apex.
 
     Parameters
@@ -68,9 +61,3 @@ class PinnedTop(Parameters):
         held = np.zeros(mesh.n_points, dtype=np.bool_)
         held[np.argsort(-mesh.points[:, 2], kind="stable")[:count]] = True
         return held
-
-
-CONSTRAINTS: Final[dict[str, type[Constraint]]] = {
-    "pinned_points": PinnedPoints,
-    "pinned_top": PinnedTop,
-}

@@ -1,0 +1,86 @@
+"""What a constraint of C is: points held, weights related, or motion restrained."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softbody_core.mesh import SurfaceMesh
+from softbody_core.observation import Observation
+from softbody_core.rigid import RigidBody
+from softbody_core.state import State
+from softbody_core.weights import Weights
+
+Floats = NDArray[np.float64]
+
+
+class Constraint:
+    """A member of C. Override one of the three; each does nothing by default.
+
+    A constraint of one's own is a subclass, given to `SoftBodyModel`; with a line in
+    `CONSTRAINTS`, a scenario finds it by name.
+    """
+
+    @property
+    def obstacles(self) -> tuple[RigidBody, ...]:
+        """Rigid bodies that the constraint puts around the body."""
+        return ()
+
+    def held(self, mesh: SurfaceMesh) -> NDArray[np.bool_]:
+        """Return True for each point that stays where it rests, shape (n,)."""
+        return np.zeros(mesh.n_points, dtype=np.bool_)
+
+    def related(self, weights: Weights, seen: Observation) -> Weights:
+        """Return the weights that hold over the next communication step.
+
+        Parameters
+        ----------
+        weights : Weights
+            Those of the scene, as changed by the constraints before this one.
+        seen : Observation
+            The body at the start of that step.
+        """
+        return weights
+
+    def bind(self, mesh: SurfaceMesh, masses: Floats, inverse_masses: Floats) -> Restraint | None:
+        """Return what corrects the motion after each inner step; None if nothing does.
+
+        Parameters
+        ----------
+        mesh : SurfaceMesh
+            Surface at rest.
+        masses : ndarray, shape (n,)
+            Point masses, kg.
+        inverse_masses : ndarray, shape (n,)
+            1/kg; 0 for points that are held.
+        """
+        return None
+
+
+class Restraint(ABC):
+    """Corrects the motion of one body. Caches aside, what it remembers counts as state."""
+
+    def start(self, state: State) -> State:
+        """Return the state at time 0, with what the restraint adds to it."""
+        return state
+
+    @abstractmethod
+    def longest_step(self, state: State, dt: float) -> float:
+        """Time after which to correct again, s, when dt lie ahead."""
+
+    @abstractmethod
+    def enforce(self, before: State, after: State) -> State:
+        """Return `after`, which forces alone led to from `before`, with the restraint in force."""
+
+    def clearance(self, state: State) -> float:
+        """Lower bound of the distance from what may not be passed, m."""
+        return np.inf
+
+    def memory(self) -> object:
+        """What is remembered from one step to the next; None if nothing."""
+        return None
+
+    def recall(self, memory: object) -> None:  # noqa: B027 - nothing to recall by default
+        """Set back to what `memory` returned."""

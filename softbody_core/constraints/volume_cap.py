@@ -1,0 +1,86 @@
+"""A largest volume, as of a lung in its chest."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Annotated, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softbody_core.configuration import Configuration
+from softbody_core.constraints.constraint import Constraint, Restraint
+from softbody_core.errors import ParameterError
+from softbody_core.mesh import SurfaceMesh
+from softbody_core.parameters import Parameters, Quantity
+from softbody_core.state import State
+
+Floats = NDArray[np.float64]
+
+_MOST_ITERATIONS: Final = 20
+
+
+@dataclass(frozen=True)
+class VolumeCap(Parameters, Constraint):
+    """The enclosed volume does not exceed a bound: V ≤ V_max.
+
+    The reaction is a pressure on the outside of the whole wall, of whatever size it takes: what it
+    takes out of positions and velocities is along M⁻¹ ∂V/∂x, and nothing else.
+
+    Parameters
+    ----------
+    volume : float
+        V_max, m³.
+    max_step : float
+        Longest inner step while the bound is near, s.
+    """
+
+    volume: Annotated[float, Quantity("m^3", above=0)]
+    max_step: Annotated[float, Quantity("s", above=0)] = 5e-3
+
+    def bind(self, mesh: SurfaceMesh, masses: Floats, inverse_masses: Floats) -> Restraint:
+        """Put the bound on one body.
+
+        Raises
+        ------
+        ParameterError
+            If the body at rest exceeds it.
+        """
+        if mesh.volume > self.volume:
+            raise ParameterError(
+                f"VolumeCap.volume = {self.volume:.6g} m^3: the body at rest already encloses "
+                f"{mesh.volume:.6g} m^3; expected at least that"
+            )
+        return _BoundCap(self, mesh, inverse_masses)
+
+
+class _BoundCap(Restraint):
+    def __init__(self, law: VolumeCap, mesh: SurfaceMesh, inverse_masses: Floats) -> None:
+        self._law = law
+        self._mesh = mesh
+        self._inverse_masses = inverse_masses
+
+    def longest_step(self, state: State, dt: float) -> float:
+        here = Configuration(self._mesh, state.positions)
+        flow = float(np.vdot(here.volume_gradient, state.velocities))
+        near = here.volume + 2 * abs(flow) * dt > 0.95 * self._law.volume
+        return min(dt, self._law.max_step) if near else dt
+
+    def enforce(self, before: State, after: State) -> State:
+        here = Configuration(self._mesh, after.positions)
+        if here.volume <= self._law.volume:
+            return after
+        positions = after.positions
+        for _ in range(_MOST_ITERATIONS):  # Newton's method; V is a cubic of the positions
+            excess = here.volume - self._law.volume
+            if excess <= 1e-14 * self._law.volume:
+                break
+            direction = self._inverse_masses * here.volume_gradient
+            mobility = float(np.vdot(here.volume_gradient, direction))
+            positions = positions - (excess / mobility) * direction
+            here = Configuration(self._mesh, positions)
+        direction = self._inverse_masses * here.volume_gradient
+        mobility = float(np.vdot(here.volume_gradient, direction))
+        flow = max(0.0, float(np.vdot(here.volume_gradient, after.velocities)))
+        velocities = after.velocities - (flow / mobility) * direction
+        return replace(after, positions=positions, velocities=velocities)

@@ -1,0 +1,179 @@
+"""Contact of a soft body's points with rigid bodies."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Annotated, Final, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softbody_core.configuration import norms
+from softbody_core.constraints.constraint import Constraint, Restraint
+from softbody_core.contact.closest_point import ClosestPoint
+from softbody_core.contact.impulses import Touching, strike_fixed, strike_free
+from softbody_core.contact.sweep import Look, Reached, Sweep
+from softbody_core.errors import ParameterError, SqueezedError
+from softbody_core.mesh import SurfaceMesh
+from softbody_core.parameters import Parameters, Quantity
+from softbody_core.rigid import RigidBody
+from softbody_core.state import RigidState, State
+
+Floats = NDArray[np.float64]
+
+_MOST_ROUNDS: Final = 8
+"""Times that all obstacles are gone through, where one pushes a point towards another."""
+
+
+@dataclass(frozen=True)
+class Contact(Parameters, Constraint):
+    """Points do not enter rigid bodies; friction slows them along the walls.
+
+    After each inner step, ways that end in a wall, or beyond it, are cut short there, and the
+    velocities of points that touch are corrected by impulses. The walls act on points, not on the
+    triangles between them: an edge of a body that is finer than the soft mesh can pass between its
+    points. Rigid bodies do not touch each other, and held points touch nothing.
+
+    Parameters
+    ----------
+    bodies : tuple of RigidBody
+        The obstacles.
+    friction : float
+        Coulomb's μ, for all of them.
+    thickness : float, optional
+        Distance at which a point touches, m; by default a tenth of the mean edge at rest.
+    max_step : float
+        Longest inner step while something is near, s.
+    """
+
+    bodies: tuple[RigidBody, ...] = ()
+    friction: Annotated[float, Quantity("1", at_least=0)] = 0.3
+    thickness: Annotated[float | None, Quantity("m", above=0)] = None
+    max_step: Annotated[float, Quantity("s", above=0)] = 2e-3
+
+    @property
+    def obstacles(self) -> tuple[RigidBody, ...]:
+        """The rigid bodies."""
+        return self.bodies
+
+    def bind(self, mesh: SurfaceMesh, masses: Floats, inverse_masses: Floats) -> Restraint | None:
+        """Put the obstacles around one body."""
+        return BoundContact(self, mesh, masses, inverse_masses > 0) if self.bodies else None
+
+
+class BoundContact(Restraint):
+    """The obstacles around one body."""
+
+    def __init__(
+        self, law: Contact, mesh: SurfaceMesh, masses: Floats, free: NDArray[np.bool_]
+    ) -> None:
+        self._law = law
+        self._points = np.flatnonzero(free)
+        self._masses = masses[self._points]
+        thickness = law.thickness
+        self._thickness = 0.1 * float(mesh.edge_lengths.mean()) if thickness is None else thickness
+        self._walls = [ClosestPoint(body.points, body.mesh.triangles) for body in law.bodies]
+        self._sweeps = [Sweep(wall, self._thickness) for wall in self._walls]
+
+    def start(self, state: State) -> State:
+        """Put the obstacles where they stand at time 0.
+
+        Raises
+        ------
+        ParameterError
+            If a point of the body is inside an obstacle, or touches it.
+        """
+        started = replace(state, obstacles=tuple(body.start() for body in self._law.bodies))
+        for body, there, wall in zip(self._law.bodies, started.obstacles, self._walls, strict=True):
+            seen = _from(there, state.positions[:, self._points])
+            near = wall.distance_to_box(seen) <= self._thickness
+            if not near.any():
+                continue
+            _, distance = wall(seen[:, near])
+            bad = wall.inside(seen[:, near]) | (distance < self._thickness)
+            if bad.any():
+                point = self._points[near][bad][0]
+                where = ", ".join(f"{x:.4g}" for x in state.positions[:, point])
+                raise ParameterError(
+                    f"{int(bad.sum())} points of the body start inside obstacle {body.name!r} or "
+                    f"nearer than {self._thickness:.2g} m to it, the first one at ({where}) m; "
+                    "move the body or the obstacle, or take a smaller thickness"
+                )
+        return started
+
+    def longest_step(self, state: State, dt: float) -> float:
+        longest = self._law.max_step
+        if dt <= longest:
+            return dt
+        speed = float(norms(state.velocities).max())
+        for body, there in zip(self._law.bodies, state.obstacles, strict=True):
+            if body.moves:
+                reach = float(np.linalg.norm(body.points, axis=1).max())
+                turning = float(np.linalg.norm(there.angular_velocity)) * reach
+                speed += float(np.linalg.norm(there.velocity)) + turning
+        return dt if self.clearance(state) > 2 * speed * dt + self._thickness else longest
+
+    def enforce(self, before: State, after: State) -> State:
+        h = after.time - before.time
+        obstacles = [
+            body.advance(there, h)
+            for body, there in zip(self._law.bodies, before.obstacles, strict=True)
+        ]
+        seen = before.positions[:, self._points]
+        starts = [_from(there, seen) for there in before.obstacles]
+        for _ in range(_MOST_ROUNDS):
+            stopped = 0
+            for index in range(len(obstacles)):
+                here, sweep = obstacles[index], self._sweeps[index]
+                reached = sweep(starts[index], _from(here, after.positions[:, self._points]))
+                starts[index] = reached.positions
+                if reached.stopped.size:
+                    after, obstacles[index] = self._strike(index, reached, after, here)
+                    stopped += 1
+            if stopped == 0 or len(obstacles) == 1:  # no wall pushes a point back into another
+                return replace(after, obstacles=tuple(obstacles))
+        after = replace(after, obstacles=tuple(obstacles))
+        if self.clearance(after) <= 0:
+            raise SqueezedError(after.time, [body.name for body in self._law.bodies])
+        return after
+
+    def _strike(
+        self, index: int, reached: Reached, after: State, here: RigidState
+    ) -> tuple[State, RigidState]:
+        """Put stopped points where they got to, and let them and the obstacle strike."""
+        body, points = self._law.bodies[index], self._points[reached.stopped]
+        positions, velocities = after.positions.copy(), after.velocities.copy()
+        arms = here.rotation @ reached.positions[:, reached.stopped]
+        positions[:, points] = arms + here.position[:, None]
+        touching = Touching(
+            self._masses[reached.stopped],
+            velocities[:, points],
+            here.rotation @ reached.normals,
+            arms,
+            self._law.friction,
+        )
+        if body.motion == "free":
+            velocities[:, points], here = strike_free(touching, body, here)
+        else:
+            motion = np.concatenate([here.velocity, here.angular_velocity])
+            velocities[:, points] = strike_fixed(touching, motion)
+        return replace(after, positions=positions, velocities=velocities), here
+
+    def clearance(self, state: State) -> float:
+        return min(
+            sweep.clearance(_from(there, state.positions[:, self._points]))
+            for sweep, there in zip(self._sweeps, state.obstacles, strict=True)
+        )
+
+    def memory(self) -> object:
+        return tuple(sweep.look for sweep in self._sweeps)
+
+    def recall(self, memory: object) -> None:
+        looks = cast("tuple[Look | None, ...]", memory)
+        for sweep, look in zip(self._sweeps, looks, strict=True):
+            sweep.look = look
+
+
+def _from(there: RigidState, positions: Floats) -> Floats:
+    """Positions in the world seen from a rigid body, m, shape (3, k)."""
+    return there.rotation.T @ (positions - there.position[:, None])

@@ -1,0 +1,166 @@
+"""How far points get on their ways before a wall stops them.
+
+A point is kept at the distance `thickness` from the wall. Its distance from a mesh changes by no
+more than it moves, so a known distance is a ball in which it is free, and no mesh is asked again
+before it leaves that ball. Near the wall a point advances by half its known distance at a time (the
+sphere tracing of Hart 1996), so that it cannot pass even the thinnest wall, at any speed, and which
+side it is on never has to be found out.
+"""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softbody_core.configuration import norms
+from softbody_core.contact.closest_point import ClosestPoint
+
+Floats = NDArray[np.float64]
+
+_CLOSE: Final = 2.0
+"""Distance over the thickness below which the wall is taken for a plane."""
+
+_MARGIN: Final = 1.5
+"""Distance over the thickness up to which a point is followed closely."""
+
+_STALE: Final = 0.25
+"""Way over the thickness after which a point looks for its closest point again."""
+
+_STRETCHES: Final = 64
+"""Parts of one way; a point that has not arrived then stays where it is."""
+
+
+class Look(NamedTuple):
+    """What is known of each point's surroundings.
+
+    Attributes
+    ----------
+    place : ndarray, shape (3, n)
+        Where the point was when it looked, m.
+    closest : ndarray, shape (3, n)
+        Closest point of the wall, m; meaningless beyond `_CLOSE` thicknesses.
+    distance : ndarray, shape (n,)
+        Distance of the wall from there, m, or a lower bound beyond `_CLOSE` thicknesses.
+    """
+
+    place: Floats
+    closest: Floats
+    distance: Floats
+
+
+class Reached(NamedTuple):
+    """Where points got to, and which of them a wall stopped.
+
+    Attributes
+    ----------
+    positions : ndarray, shape (3, n)
+        m.
+    stopped : ndarray of int, shape (k,)
+        Points that did not get to their goals.
+    normals : ndarray, shape (3, k)
+        Unit normals of the wall that stopped them; 0 for one that ran out of stretches.
+    """
+
+    positions: Floats
+    stopped: NDArray[np.int64]
+    normals: Floats
+
+
+class Sweep:
+    """Ways of n points past one mesh that stands still.
+
+    Parameters
+    ----------
+    closest_point : ClosestPoint
+        The mesh.
+    thickness : float
+        Distance to be kept, m.
+    """
+
+    def __init__(self, closest_point: ClosestPoint, thickness: float) -> None:
+        self._closest_point = closest_point
+        self._thickness = thickness
+        self.look: Look | None = None
+        """What was seen so far. It decides results in the last digits, so it is state."""
+
+    def clearance(self, positions: Floats) -> float:
+        """Lower bound of the smallest distance between points and wall, m."""
+        look = self._known(positions)
+        return float(np.min(look.distance - norms(positions - look.place)))
+
+    def __call__(self, start: Floats, goal: Floats) -> Reached:
+        """Carry points along straight ways, and along the wall where they meet it.
+
+        Parameters
+        ----------
+        start, goal : ndarray, shape (3, n)
+            Ends of the ways, m.
+        """
+        look = self._known(start)
+        way = norms(goal - look.place)
+        near = np.flatnonzero(~(way < look.distance - _MARGIN * self._thickness))
+        if near.size == 0:
+            return Reached(goal, near, np.empty((3, 0)))
+        positions = goal.copy()
+        followed, normals, stopped = self._follow(near, start[:, near], goal[:, near])
+        positions[:, near[stopped]] = followed[:, stopped]
+        return Reached(positions, near[stopped], normals[:, stopped])
+
+    def _follow(
+        self, points: NDArray[np.int64], start: Floats, goal: Floats
+    ) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+        """Carry chosen points: where they get, the normals that they meet, and who is stopped."""
+        thickness = self._thickness
+        reached, normals = start.copy(), np.zeros_like(start)
+        stopped = np.zeros(len(points), dtype=np.bool_)
+        going = np.arange(len(points))
+        here, left = start, goal - start
+        for _ in range(_STRETCHES):
+            place, closest, distance = self._look_again(points[going], here)
+            normal = (place - closest) / np.maximum(distance, np.finfo(float).tiny)
+            room = np.einsum("ck,ck->k", normal, here - closest) - thickness
+            approach = np.einsum("ck,ck->k", normal, left)
+            close = distance <= _CLOSE * thickness
+            met = close & (approach < -room)
+            left = left + np.where(met, -room - approach, 0.0) * normal
+            normals[:, going[met]] = normal[:, met]
+            stopped[going[met]] = True
+            known = distance - norms(here - place)
+            free = np.where(close, known / 2, known - thickness)
+            share = np.minimum(1.0, free / np.maximum(norms(left), np.finfo(float).tiny))
+            here = here + share * left
+            reached[:, going] = here
+            onward = share < 1
+            left = ((1 - share) * left)[:, onward]
+            here, going = here[:, onward], going[onward]
+            if going.size == 0:
+                break
+        stopped[going] = True
+        return reached, normals, stopped
+
+    def _look_again(self, points: NDArray[np.int64], here: Floats) -> tuple[Floats, ...]:
+        """Surroundings of chosen points, seen from no further than a part of the thickness."""
+        look = self._known(here)
+        moved = norms(here - look.place[:, points])
+        stale = moved > _STALE * self._thickness
+        if stale.any():
+            look = Look(*(values.copy() for values in look))  # what was given out stays as it was
+            chosen, seen = points[stale], self._see(here[:, stale])
+            look.place[:, chosen], look.closest[:, chosen], look.distance[chosen] = seen
+            self.look = look
+        return look.place[:, points], look.closest[:, points], look.distance[points]
+
+    def _known(self, positions: Floats) -> Look:
+        """What was seen so far; at first, every point looks around."""
+        if self.look is None:
+            self.look = self._see(positions)
+        return self.look
+
+    def _see(self, places: Floats) -> Look:
+        """Surroundings of places; far away, the distance from the mesh's box is enough."""
+        distance = self._closest_point.distance_to_box(places)
+        closest, near = places.copy(), distance <= _CLOSE * self._thickness
+        closest[:, near], distance[near] = self._closest_point(places[:, near])
+        return Look(places.copy(), closest, distance)
