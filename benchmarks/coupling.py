@@ -19,7 +19,6 @@ from measure import calibrating_seconds, table
 
 import scenarios
 from cosim import ALGORITHMS, Causality, FmuParticipant, Recorder, SoftBodyParticipant, cosimulate
-from cosim.fmu_parameters import accessor
 from scenarios import Scenario
 from scenarios.assemble import build_body, connect, controller_path
 from scenarios.variables import variables_of
@@ -97,14 +96,14 @@ def _bare(scenario: Scenario, between: Callable[[], object]) -> np.ndarray:
     with _controller(scenario) as fmu:
         fmu.initialize(0.0)
         fmu.begin()
-        slave, variables = fmu._fmu, fmu._variables
-        inputs, outputs = [], {}
+        calls, variables = fmu._calls, fmu._variables
+        slave, inputs, outputs = calls.fmu, [], {}
         for port in fmu.ports.values():
             variable = variables[port.name]
             if port.causality is Causality.INPUT:
                 inputs.append(variable.valueReference)
             else:
-                get = getattr(slave, f"get{accessor(variable)}")
+                get = getattr(slave, f"get{calls.kind(variable)}")
                 outputs.setdefault(get, []).append(variable.valueReference)
         values, h, times = [2.5] * len(inputs), scenario.coupling.step, []
         for index in range(scenario.steps):

@@ -2,7 +2,16 @@
 
 from cosim.algorithms import ALGORITHMS, GaussSeidel, Jacobi
 from cosim.connection import Connection
-from cosim.errors import ControllerError, FmuError, SignalError, WiringError
+from cosim.errors import (
+    ControllerError,
+    FmuCrashError,
+    FmuEndedError,
+    FmuError,
+    FmuStepError,
+    FmuTimeoutError,
+    SignalError,
+    WiringError,
+)
 from cosim.fmu import FmuParticipant
 from cosim.loop import CommunicationPoint, cosimulate
 from cosim.participant import Causality, Participant, Port
@@ -16,8 +25,12 @@ __all__ = [
     "CommunicationPoint",
     "Connection",
     "ControllerError",
+    "FmuCrashError",
+    "FmuEndedError",
     "FmuError",
     "FmuParticipant",
+    "FmuStepError",
+    "FmuTimeoutError",
     "GaussSeidel",
     "Jacobi",
     "Participant",

@@ -20,6 +20,22 @@ class FmuError(SoftBodyError, RuntimeError):
     """An FMU cannot be loaded, does not fit, or failed while it ran."""
 
 
+class FmuStepError(FmuError):
+    """An FMU does not take a step of this length. Another one may do."""
+
+
+class FmuEndedError(FmuError):
+    """An FMU asked to end the simulation."""
+
+
+class FmuCrashError(FmuError):
+    """The process of an FMU ended by itself."""
+
+
+class FmuTimeoutError(FmuError):
+    """An FMU did not answer within its time limit, and was stopped."""
+
+
 class ControllerError(SoftBodyError, ValueError):
     """A controller's source cannot be built into an FMU."""
 

@@ -1,29 +1,25 @@
-"""An FMU as a participant: FMI 2.0 and 3.0 co-simulation through fmpy."""
+"""An FMU as a participant: co-simulation of FMI 1.0, 2.0 and 3.0 through fmpy."""
 
 from __future__ import annotations
 
-import ctypes
 import hashlib
-from collections import deque
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
-import fmpy
 import pythonfmu  # noqa: F401 - Python FMUs find this one, and not the copy in a folder that goes
-from fmpy import fmi2, fmi3
-from fmpy.logging import addLoggerProxy
 
 from cosim.errors import FmuError
-from cosim.fmu_description import ports_of, read_description
+from cosim.fmu_description import elements, ports_of, read_description
 from cosim.fmu_folder import FmuFolder
-from cosim.fmu_parameters import Value, checked_parameters
-from cosim.fmu_variables import FmuVariables, by_type, set_one
+from cosim.fmu_guard import Guard
+from cosim.fmu_loading import assign, load
+from cosim.fmu_log import ERROR, FATAL, FmuLog
+from cosim.fmu_parameters import Value, checked_parameters, start_values
+from cosim.fmu_state import SavedFmu, from_bytes, to_bytes
+from cosim.fmu_steps import advance, fixed_step
+from cosim.fmu_variables import FmuVariables, by_type
 from cosim.participant import Causality, Port
-
-_STATUS: Final = ("ok", "warning", "discard", "error", "fatal", "pending")
-_FATAL: Final = 4
-_KEPT_MESSAGES: Final = 20
 
 
 class FmuParticipant:
@@ -41,11 +37,11 @@ class FmuParticipant:
     Attributes
     ----------
     ports : mapping
-        Its scalar numeric inputs and outputs, in the FMU's own units.
+        Its numeric inputs and outputs, in the FMU's own units; one an element of an array.
     sha256 : str
         Hash of the file.
-    messages : sequence of str
-        The last messages that the FMU logged.
+    log : FmuLog
+        The last messages that the FMU logged, and its warnings.
 
     Raises
     ------
@@ -61,25 +57,50 @@ class FmuParticipant:
     ) -> None:
         self.path = Path(path)
         self.name = name
-        self.messages: deque[str] = deque(maxlen=_KEPT_MESSAGES)
+        self.log = FmuLog()
         self._folder = FmuFolder(self.path)
-        self._fmu: Any = None
-        self._started = False
-        self._dead = False
-        self._callbacks: Any = None  # kept, or the garbage collector takes what the FMU calls
+        self._calls: Any = None  # `Calls` while it runs
+        self._started = self._begun = False
+        self._guard = Guard(self.path, self.log)
         try:
             self.sha256 = hashlib.sha256(self.path.read_bytes()).hexdigest()
             self._description = read_description(self.path, self._folder)
-            self.ports: Mapping[str, Port] = ports_of(self.path, self._description)
-            self._variables = {v.name: v for v in self._description.modelVariables}
             self._parameters = checked_parameters(self.path, self._description, parameters or {})
+            self.ports: Mapping[str, Port] = ports_of(self.path, self._description)
+            self._fixed = fixed_step(self.path, self._description, self._folder.path)
         except BaseException:
             self._folder.close()
             raise
-        self._fmi3 = self._description.fmiVersion.startswith("3.")
+        self._variables = {
+            name: variable
+            for variable in self._description.modelVariables
+            for name in elements(variable)
+        }
         self._inputs: dict[tuple[str, ...], list[FmuVariables]] = {}
         self._outputs: list[FmuVariables] = []
         self._values: dict[str, float] = {}
+        self._saved = 0
+
+    @property
+    def can_save(self) -> bool:
+        """Whether the FMU says that its state can be saved and restored."""
+        return bool(self._description.coSimulation.canGetAndSetFMUstate)
+
+    @property
+    def can_dump(self) -> bool:
+        """Whether it says that its state can be written down, too."""
+        return self.can_save and bool(self._description.coSimulation.canSerializeFMUstate)
+
+    def check_step(self, step: float) -> None:
+        """Refuse a communication step, s, that the FMU does not take.
+
+        Raises
+        ------
+        FmuStepError
+            If its step is fixed, and this is no multiple of it.
+        """
+        if self._fixed is not None:
+            self._fixed.parts(step)
 
     def initialize(self, time: float) -> None:
         """Load and instantiate the FMU, set its parameters, and enter initialization."""
@@ -87,112 +108,123 @@ class FmuParticipant:
             raise FmuError(f"FMU {self.path} is already running; load it again for a second run")
         self._started = True
         with self._folder.own_imports():
-            self._call("be loaded", self._load)
-        given = (name for name, p in self.ports.items() if p.causality is Causality.OUTPUT)
+            about = self._description, self._folder, self.name, self.log
+            self._calls = self._guard.call("be loaded", load, *about)
+        assign(self._calls, self._parameters, self._guard)
+        self._guard.call("enter initialization", self._calls.enter_initialization, time)
+        given = [name for name, p in self.ports.items() if p.causality is Causality.OUTPUT]
         self._outputs = self._by_type(given)
-        for name, value in self._parameters.items():
-            self._call("take {1.name} = {2!r}", set_one, self._fmu, self._variables[name], value)
-        if self._fmi3:
-            self._call("enter initialization", self._fmu.enterInitializationMode, startTime=time)
+        if self._calls.initializes:
+            self._read_outputs()
         else:
-            self._call("set up the experiment", self._fmu.setupExperiment, startTime=time)
-            self._call("enter initialization", self._fmu.enterInitializationMode)
-        self._read_outputs()
+            self._values = {name: self._start(name) for name in given}
 
     def begin(self) -> None:
         """Leave initialization."""
-        self._call("leave initialization", self._fmu.exitInitializationMode)
+        self._guard.call("leave initialization", self._calls.leave_initialization)
+        self._begun = True
         self._read_outputs()
 
     def write(self, values: Mapping[str, float]) -> None:
-        """Set inputs, in the FMU's own units."""
+        """Set inputs, in the FMU's own units. An array is set as a whole."""
         names = tuple(values)
         if names not in self._inputs:
             self._inputs[names] = self._by_type(names)
         for variables in self._inputs[names]:
-            self._call("take {}", variables.write, values)
+            self._guard.call("take {}", variables.write, values)
 
     def step(self, time: float, step: float) -> None:
-        """Let the FMU compute one step."""
-        result = self._call("step from t = {:.6g} s", self._fmu.doStep, time, step)
-        if self._fmi3 and result[1]:
-            raise FmuError(
-                f"FMU {self.path} asked to end the simulation at t = {time + step:.6g} s"
-            )
+        """Let the FMU compute one step, in parts where its own step is shorter.
+
+        Raises
+        ------
+        FmuStepError
+            If the FMU does not take a step of this length.
+        FmuEndedError
+            If it asks to end the simulation.
+        FmuError
+            If it fails.
+        """
+        final = not self._saved
+        parts = 1 if self._fixed is None else self._fixed.parts(step)
+        for index in range(parts):
+            here = time + index * (step / parts)
+            advance(self._calls, self._guard, here, step / parts, final=final)
         self._read_outputs()
 
     def read(self) -> Mapping[str, float]:
         """Outputs after the last call, in the FMU's own units."""
         return self._values
 
+    def save(self) -> SavedFmu:
+        """State of the FMU as it is now. The FMU keeps it until it is released."""
+        if not self.can_save:
+            raise FmuError(
+                f"FMU {self.path} cannot save its state (canGetAndSetFMUstate is false); couple it "
+                "without rollback"
+            )
+        state = self._guard.call("save its state", self._calls.fmu.getFMUState)
+        self._saved += 1
+        return SavedFmu(state, self._values)
+
+    def restore(self, saved: SavedFmu) -> None:
+        """Go back to what `save` gave."""
+        self._guard.call("go back to a saved state", self._calls.fmu.setFMUState, saved.state)
+        self._values = dict(saved.values)
+
+    def release(self, saved: SavedFmu) -> None:
+        """Let the FMU forget a saved state."""
+        self._saved -= 1
+        self._guard.call("forget a saved state", self._calls.fmu.freeFMUState, saved.state)
+
+    def dump(self) -> bytes:
+        """State of the FMU as it is now, for a file."""
+        if not self.can_dump:
+            raise FmuError(
+                f"FMU {self.path} cannot write its state down (canSerializeFMUstate is false), so "
+                "a run with it has no checkpoints"
+            )
+        data: bytes = self._guard.call(
+            "write its state down", to_bytes, self._calls.fmu, self._values
+        )
+        return data
+
+    def load(self, data: bytes) -> None:
+        """Go to what `dump` gave."""
+        self._values = self._guard.call("read a state", from_bytes, self._calls.fmu, data)
+
     def close(self) -> None:
         """End the FMU and remove its folder. May be called twice.
 
-        After a fatal error an FMU stays loaded and is not called again: FMI forbids it, and a
-        Python FMU, which has let go of its objects by then, would let go of them once more.
+        An FMU that failed is not asked to terminate. After a fatal error it stays loaded and is not
+        called again: FMI forbids it, and a Python FMU, which has let go of its objects by then,
+        would let go of them once more.
         """
-        fmu, self._fmu = self._fmu, None
+        calls, self._calls = self._calls, None
         self._inputs, self._outputs = {}, []
         try:
-            if fmu is not None and fmu.component and not self._dead:
-                self._call("terminate", fmu.terminate)
-        except FmuError as error:  # an FMU that failed refuses to terminate; that is no news
-            self.messages.append(str(error))
+            if calls is not None and self._begun and self._guard.worst < ERROR:
+                self._guard.call("terminate", calls.fmu.terminate)
+        except FmuError as error:  # the run is over by now
+            self.log.note(str(error))
         finally:
-            if fmu is not None and fmu.component and not self._dead:
-                fmu.freeInstance()
+            if calls is not None and self._guard.worst < FATAL:
+                calls.fmu.freeInstance()
             self._folder.close()
-
-    def _load(self) -> None:
-        arguments = {
-            "guid": self._description.instantiationToken,
-            "unzipDirectory": str(self._folder.path),
-            "modelIdentifier": self._description.coSimulation.modelIdentifier,
-            "instanceName": self.name,
-        }
-        if self._fmi3:
-            self._fmu = fmi3.FMU3Slave(**arguments)
-            self._fmu.instantiate(loggingOn=True, logMessage=self._log3)
-            return
-        self._fmu = fmi2.FMU2Slave(**arguments)
-        callbacks = fmi2.fmi2CallbackFunctions()
-        callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(self._log2)
-        callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
-        callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.free)
-        addLoggerProxy(ctypes.byref(callbacks))
-        self._callbacks = callbacks
-        self._fmu.instantiate(callbacks=callbacks, loggingOn=True)
-
-    def _log2(self, _: Any, __: bytes, status: int, ___: bytes, message: bytes) -> None:
-        self._log(status, message)
-
-    def _log3(self, _: Any, status: int, __: bytes, message: bytes) -> None:
-        self._log(status, message)
-
-    def _log(self, status: int, message: bytes | None) -> None:
-        label = _STATUS[status] if 0 <= status < len(_STATUS) else str(status)
-        self.messages.append(f"[{label}] {(message or b'').decode('utf-8', 'replace').strip()}")
-
-    def _call(self, what: str, function: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
-        """Call into the FMU; a failure becomes an `FmuError` with what the FMU logged.
-
-        `what` is formatted with the arguments, but only then: it would take longer than the call.
-        """
-        try:
-            return function(*args, **kwargs)
-        except Exception as error:  # fmpy raises bare Exception and its own, unrelated classes
-            self._dead = self._dead or getattr(error, "status", None) == _FATAL
-            logged = "\n".join(f"  {message}" for message in self.messages)
-            said = f"; it logged:\n{logged}" if logged else "; it logged nothing"
-            raise FmuError(
-                f"FMU {self.path} could not {what.format(*args)}: {str(error).rstrip('.')}{said}"
-            ) from error
 
     def _read_outputs(self) -> None:
         values: dict[str, float] = {}
         for variables in self._outputs:
-            values |= self._call("be read", variables.read)
+            values |= self._guard.call("be read", variables.read)
         self._values = values
 
-    def _by_type(self, names: Iterable[str]) -> list[FmuVariables]:
-        return by_type(self._fmu, [self._variables[name] for name in names])
+    def _by_type(self, names: Sequence[str]) -> list[FmuVariables]:
+        variables = list(dict.fromkeys(self._variables[name] for name in names))
+        for name in (name for variable in variables for name in elements(variable)):
+            if name not in names:
+                raise FmuError(f"FMU {self.path} takes an array as a whole; {name} is missing")
+        return by_type(self._calls, variables)
+
+    def _start(self, name: str) -> float:
+        variable = self._variables[name]
+        return float(start_values(self.path, variable)[elements(variable).index(name)])

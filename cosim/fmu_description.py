@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import fmpy
+import numpy as np
 from fmpy.model_description import ModelDescription, ModelVariable
 
 from cosim.errors import FmuError
@@ -19,7 +20,7 @@ NUMBERS: Final = frozenset(
     {"Real", "Integer", "Boolean", "Enumeration", "Float64", "Float32"}
     | {f"{sign}Int{bits}" for sign in ("", "U") for bits in (8, 16, 32, 64)}
 )
-"""Types of FMI 2.0 and 3.0 whose values can cross a connection."""
+"""Types of FMI 1.0, 2.0 and 3.0 whose values can cross a connection."""
 
 
 def read_description(path: Path, folder: FmuFolder) -> ModelDescription:
@@ -28,21 +29,21 @@ def read_description(path: Path, folder: FmuFolder) -> ModelDescription:
     Raises
     ------
     FmuError
-        If it cannot be read, is not FMI 2.0 or 3.0 co-simulation, or has no binary for this
+        If it cannot be read, is no co-simulation of FMI 1.0, 2.0 or 3.0, or has no binary for this
         machine.
     """
     try:
         description = fmpy.read_model_description(str(folder.path), validate=False)
     except Exception as error:  # lxml and fmpy raise plain exceptions
-        raise FmuError(f"FMU {path}: its modelDescription.xml cannot be read ({error})") from error
-    version = description.fmiVersion or ""
-    if not version.startswith(("2.", "3.")):
-        raise FmuError(f"FMU {path} is FMI {version}; expected FMI 2.0 or 3.0")
+        raise FmuError(
+            f"FMU {path}: its modelDescription.xml cannot be read ({error}); expected one of FMI "
+            "1.0, 2.0 or 3.0"
+        ) from error
     if description.coSimulation is None:
         raise FmuError(
             f"FMU {path} offers no co-simulation (only model exchange); export it as one that does"
         )
-    platform = fmpy.platform if version.startswith("2.") else fmpy.platform_tuple
+    platform = fmpy.platform_tuple if description.fmiVersion.startswith("3.") else fmpy.platform
     identifier = description.coSimulation.modelIdentifier
     name = f"binaries/{platform}/{identifier}{fmpy.sharedLibraryExtension}"
     if not (folder.path / name).is_file():
@@ -53,40 +54,53 @@ def read_description(path: Path, folder: FmuFolder) -> ModelDescription:
     return description
 
 
-def numeric_variables(path: Path, description: ModelDescription) -> dict[str, ModelVariable]:
-    """Scalar numeric inputs and outputs, by name.
+def ports_of(path: Path, description: ModelDescription) -> dict[str, Port]:
+    """Numeric inputs and outputs as ports with their units, one an element of an array.
 
     Raises
     ------
     FmuError
         If an input or output has a variability that does not change.
     """
-    chosen = {}
-    for variable in description.modelVariables:
-        if variable.type not in NUMBERS or variable.dimensions:
-            continue
-        if variable.causality in ("input", "output"):
-            if variable.variability not in (None, "continuous", "discrete"):
-                raise FmuError(
-                    f"FMU {path}: {variable.causality} {variable.name} has variability "
-                    f"{variable.variability!r}; expected continuous or discrete"
-                )
-            chosen[variable.name] = variable
-    return chosen
-
-
-def ports_of(path: Path, description: ModelDescription) -> dict[str, Port]:
-    """Inputs and outputs as ports with their units."""
     units = declared_units(path, description)
-    return {
-        name: Port(
-            name,
-            unit_of(path, variable, units),
-            Causality(variable.causality),
-            variable.description or "",
+    ports = {}
+    for variable in description.modelVariables:
+        if variable.type not in NUMBERS or variable.causality not in ("input", "output"):
+            continue
+        if variable.variability not in (None, "continuous", "discrete"):
+            raise FmuError(
+                f"FMU {path}: {variable.causality} {variable.name} has variability "
+                f"{variable.variability!r}; expected continuous or discrete"
+            )
+        own, causality = unit_of(path, variable, units), Causality(variable.causality)
+        for name in elements(variable):
+            ports[name] = Port(name, own, causality, variable.description or "")
+    return ports
+
+
+def elements(variable: ModelVariable) -> list[str]:
+    """Names of what a variable holds: its own; or ``y[0]``, ``y[1]`` … of an array, row by row."""
+    if not variable.dimensions:
+        return [variable.name]
+    return [f"{variable.name}[{','.join(map(str, i))}]" for i in np.ndindex(variable.shape)]
+
+
+def resize(description: ModelDescription, sizes: Mapping[str, Any]) -> None:
+    """Give arrays the shape that structural parameters, by name, ask for."""
+    for variable in description.modelVariables:
+        variable.shape = tuple(
+            int(size.start if size.variable is None else sizes.get(size.variable.name, length))
+            for size, length in zip(variable.dimensions, variable.shape, strict=True)
         )
-        for name, variable in numeric_variables(path, description).items()
-    }
+
+
+def python_type(variable: ModelVariable) -> type[float] | type[int] | type[bool] | type[str]:
+    """Python type that holds a variable's values."""
+    if variable.type in ("Real", "Float64", "Float32"):
+        return float
+    if variable.type == "Boolean":
+        return bool
+    return str if variable.type == "String" else int
 
 
 def unit_of(path: Path, variable: ModelVariable, units: Mapping[str, Unit]) -> Unit | None:

@@ -4,22 +4,38 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from fmpy.model_description import ModelDescription, ModelVariable
 
 from cosim.errors import FmuError, nearest
-from cosim.fmu_description import declared_units, unit_of
+from cosim.fmu_description import declared_units, elements, python_type, resize, unit_of
 from cosim.units import Unit, UnitError, quantity
 
 Value = float | int | bool | str
 
 
+@dataclass(frozen=True)
+class Assignment:
+    """A parameter and its value in the FMU's units, or those of all its elements."""
+
+    variable: ModelVariable
+    values: list[Value]
+
+    def __str__(self) -> str:
+        """Name and value, for messages."""
+        value = self.values if self.variable.dimensions else self.values[0]
+        return f"{self.variable.name} = {value!r}"
+
+
 def checked_parameters(
     path: Path, description: ModelDescription, parameters: Mapping[str, Value]
-) -> dict[str, Value]:
+) -> list[Assignment]:
     """Bring parameters into the FMU's units and types.
+
+    Structural parameters come first, and decide the shapes of the arrays in `description`.
 
     Parameters
     ----------
@@ -28,30 +44,68 @@ def checked_parameters(
     description : ModelDescription
         What it says of itself.
     parameters : mapping
-        Values by name; one with a unit is text such as "1.25 L".
+        Values by name; one with a unit is text such as "1.25 L". Elements of an array are named
+        like those of a port, and keep their start values where they are not given.
 
     Raises
     ------
     FmuError
         For an unknown name, or a value without its unit, of the wrong type, or out of bounds.
     """
-    known = {
+    units = declared_units(path, description)
+
+    def value(name: str, variable: ModelVariable) -> Value:
+        return _checked(name, variable, unit_of(path, variable, units), parameters[name])
+
+    structural = {
         variable.name: variable
         for variable in description.modelVariables
-        if variable.causality in ("parameter", "structuralParameter")
+        if variable.causality == "structuralParameter"
     }
+    sizes = {name: value(name, v) for name, v in structural.items() if name in parameters}
+    resize(description, sizes)
+    known = {
+        name: (variable, index)
+        for variable in description.modelVariables
+        if variable.causality == "parameter"
+        for index, name in enumerate(elements(variable))
+    }
+    chosen = {name: Assignment(structural[name], [size]) for name, size in sizes.items()}
     for name in parameters:
+        if name in sizes:
+            continue
         if name not in known:
-            raise FmuError(f"FMU {path} has no parameter {name!r}; {nearest(name, known)}")
-    units = declared_units(path, description)
-    return {
-        name: _checked(known[name], unit_of(path, known[name], units), value)
-        for name, value in parameters.items()
-    }
+            names = [*structural, *known]
+            raise FmuError(f"FMU {path} has no parameter {name!r}; {nearest(name, names)}")
+        variable, index = known[name]
+        if variable.name not in chosen:
+            chosen[variable.name] = Assignment(variable, start_values(path, variable))
+        chosen[variable.name].values[index] = value(name, variable)
+    return list(chosen.values())
 
 
-def _checked(variable: ModelVariable, own: Unit | None, value: Value) -> Value:
-    name = variable.name
+def start_values(path: Path, variable: ModelVariable) -> list[Value]:
+    """Values that a variable starts with, one an element; 0 or empty where it does not say.
+
+    Raises
+    ------
+    FmuError
+        If an array has start values for another number of elements than it has.
+    """
+    kind, count = python_type(variable), len(elements(variable))
+    if kind is str:
+        return [""] * count
+    said = (variable.start or "0").split()
+    if len(said) not in (1, count):
+        raise FmuError(
+            f"FMU {path}: {variable.name} has {count} elements and {len(said)} start values; "
+            "expected one for each"
+        )
+    values = [text in ("true", "1") if kind is bool else kind(float(text)) for text in said]
+    return values * (count if len(said) == 1 else 1)
+
+
+def _checked(name: str, variable: ModelVariable, own: Unit | None, value: Value) -> Value:
     if python_type(variable) is str:
         return str(value)
     if own is not None and own.symbol != "1":
@@ -89,17 +143,3 @@ def _number(variable: ModelVariable, value: Value) -> Any:
     if isinstance(number, bool) and isinstance(value, str):  # bool("false") is True
         raise ValueError
     return number
-
-
-def accessor(variable: ModelVariable) -> str:
-    """Name of the type in fmpy's getters and setters."""
-    return "Integer" if variable.type == "Enumeration" else str(variable.type)
-
-
-def python_type(variable: ModelVariable) -> type[float] | type[int] | type[bool] | type[str]:
-    """Python type that holds the variable's values."""
-    if variable.type in ("Real", "Float64", "Float32"):
-        return float
-    if variable.type == "Boolean":
-        return bool
-    return str if variable.type == "String" else int

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
-from typing import Protocol
+from typing import Any, Protocol
 
 from cosim.units import Unit
 
@@ -49,10 +49,33 @@ class Participant(Protocol):
     `write`, `step` and `read`, then `close`. `read` is also allowed between `initialize` and
     `begin`. After an error only `read` and `close` are; what `read` gives is then the state before
     the failed call where the participant can tell, and stale otherwise.
+
+    Rollback: a participant with `can_save` gives its state with `save`, between `begin` and
+    `close`, and goes back to it with `restore`, as often as need be. What follows repeats to the
+    bit. With `can_dump` that state also goes to bytes and back, in another process too: `load`
+    takes the place of `restore` in a participant of the same kind that has seen `begin`. A
+    participant without them is stepped forward only.
+
+    Attributes
+    ----------
+    name : str
+        Unique within the co-simulation.
+    ports : mapping
+        By name.
+    can_save : bool
+        Whether `save`, `restore` and `release` work.
+    can_dump : bool
+        Whether `dump` and `load` do. Never without `can_save`.
     """
 
     name: str
     ports: Mapping[str, Port]
+
+    @property
+    def can_save(self) -> bool: ...
+
+    @property
+    def can_dump(self) -> bool: ...
 
     def initialize(self, time: float) -> None:
         """Get ready to start at `time`, s."""
@@ -69,6 +92,22 @@ class Participant(Protocol):
     def read(self) -> Mapping[str, float]:
         """Values of all outputs, by port name, in the ports' own units."""
         ...
+
+    def save(self) -> object:
+        """State as it is now: inputs, outputs, all that decides what comes next."""
+
+    def restore(self, saved: Any) -> None:
+        """Go back to a state that `save` gave and `release` did not yet take."""
+
+    def release(self, saved: Any) -> None:
+        """Give back a saved state that is no longer needed."""
+
+    def dump(self) -> bytes:
+        """State as it is now, for a file."""
+        ...
+
+    def load(self, data: bytes) -> None:
+        """Go to a state that `dump` gave."""
 
     def close(self) -> None:
         """Give back files, memory and processes. May be called twice."""

@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -22,3 +27,18 @@ def potato() -> SurfaceMesh:
     generator = np.random.default_rng(20111211)
     stretched = sphere.points * [0.10, 0.07, 0.13] + 0.005 * generator.normal(size=(42, 3))
     return SurfaceMesh.from_arrays(stretched + np.array([0.3, -0.2, 0.1]), sphere.triangles)
+
+
+@pytest.fixture(scope="session")
+def foreign(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
+    """Compile a foreign FMU, see `tests.cosim.foreign.compiled`; each is compiled once."""
+    from tests.cosim.foreign import COMPILER, compiled
+
+    if COMPILER is None:
+        pytest.skip("no C compiler to make FMUs with")
+
+    @cache
+    def built(version: int, *defines: str, **options: Any) -> Path:
+        return compiled(tmp_path_factory.mktemp("foreign"), version, *defines, **options)
+
+    return built

@@ -63,15 +63,8 @@ def model_exchange_only(root: ET.Element) -> None:
     root.find("CoSimulation").tag = "ModelExchange"
 
 
-def fmi_1(root: ET.Element) -> None:
-    root.attrib.update(
-        {
-            "fmiVersion": "1.0",
-            "modelIdentifier": "Old",
-            "numberOfContinuousStates": "0",
-            "numberOfEventIndicators": "0",
-        }
-    )
+def fmi_4(root: ET.Element) -> None:
+    root.set("fmiVersion", "4.0")
 
 
 def binary_of_another_name(root: ET.Element) -> None:
@@ -111,7 +104,7 @@ def constant_output(root: ET.Element) -> None:
     ("spoil", "said"),
     [
         (model_exchange_only, "offers no co-simulation"),
-        (fmi_1, "FMI 1.0; expected FMI 2.0 or 3.0"),
+        (fmi_4, "version: 4.0); expected one of FMI 1.0, 2.0 or 3.0"),
         (binary_of_another_name, "has no binary for this machine (binaries/"),
         (pascals_called_cmh2o, "unit 'cmH2O' is declared as 1 "),
         (cmh2o_as_a_length, "unit 'cmH2O' is declared as 98.0665 [length]"),

@@ -1,0 +1,70 @@
+"""From a model description to an instance with its parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from fmpy.model_description import ModelDescription
+
+from cosim.fmu_calls import Calls
+from cosim.fmu_folder import FmuFolder
+from cosim.fmu_guard import Guard
+from cosim.fmu_log import FmuLog
+from cosim.fmu_logger import unique_name
+from cosim.fmu_parameters import Assignment
+from cosim.fmu_versions import VERSIONS
+
+
+class LoadingError(RuntimeError):
+    """Why an FMU does not load, and what to try."""
+
+
+def load(description: ModelDescription, folder: FmuFolder, name: str, log: FmuLog) -> Calls:
+    """Load an FMU's library and make an instance with a name.
+
+    Raises
+    ------
+    LoadingError
+        If the library does not load, lacks a function, or makes no instance.
+    """
+    arguments = {
+        "guid": description.instantiationToken,
+        "unzipDirectory": str(folder.path),
+        "modelIdentifier": description.coSimulation.modelIdentifier,
+        "instanceName": unique_name(name, log),
+    }
+    version = description.fmiVersion
+    try:
+        calls = VERSIONS[version[0]](arguments, log)
+    except Exception as error:  # an OSError in a plain Exception, or an AttributeError of ctypes
+        said = str(error).replace(f"{folder.path}/", "").rstrip(".")
+        raise LoadingError(
+            f"{said}. Its binary has to hold every function of FMI {version} and find the "
+            "libraries that it uses; export it again, with its libraries linked in"
+        ) from error
+    try:
+        calls.instantiate()
+    except Exception as error:
+        raise LoadingError(
+            f"it makes no instance for the GUID {arguments['guid']!r} of its modelDescription.xml. "
+            "Its binary may be of another export, or miss something that it needs; export it again"
+        ) from error
+    return calls
+
+
+def assign(calls: Calls, parameters: Sequence[Assignment], guard: Guard) -> None:
+    """Set parameters; structural ones first, in the mode that is there for them."""
+    sizes = [p for p in parameters if p.variable.causality == "structuralParameter"]
+    if sizes:
+        guard.call("be configured", calls.fmu.enterConfigurationMode)
+        for parameter in sizes:
+            guard.call("take {1}", _assign, calls, parameter)
+        guard.call("be configured", calls.fmu.exitConfigurationMode)
+    for parameter in parameters:
+        if parameter not in sizes:
+            guard.call("take {1}", _assign, calls, parameter)
+
+
+def _assign(calls: Calls, parameter: Assignment) -> None:
+    setter = getattr(calls.fmu, f"set{calls.kind(parameter.variable)}")
+    setter([parameter.variable.valueReference], parameter.values)

@@ -1,0 +1,89 @@
+"""A short run of an FMU in a process of its own: whether it starts, steps, and gives numbers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any, Final
+
+from cosim.errors import FmuError
+from cosim.fmu_findings import Finding, told
+from cosim.isolation import TIME_LIMIT, IsolatedFmu
+
+STEPS: Final = 30
+
+
+def try_fmu(
+    path: Path, inputs: Mapping[str, float], step: float, time_limit: float = TIME_LIMIT
+) -> Iterator[Finding]:
+    """Let an FMU take some steps, and find what goes wrong.
+
+    The binary itself knows its GUID, and so says here if the description has another.
+
+    Parameters
+    ----------
+    path : Path
+        An FMU that can be described.
+    inputs : mapping
+        Constant values for its inputs, in its own units.
+    step : float
+        Communication step, s.
+    time_limit : float
+        Longest time that it may take for one call, s.
+
+    Yields
+    ------
+    Finding
+        Faults: it does not start, fails, hangs, crashes, or gives what is no number. Notes: a
+        saved state does not repeat.
+    """
+    try:
+        fmu = IsolatedFmu(path, time_limit=time_limit)
+    except FmuError as error:
+        yield Finding(told(path, error), fault=True)
+        return
+    try:
+        fmu.initialize(0.0)
+        fmu.write(inputs)
+        fmu.begin()
+        time = 0.0
+        for index in range(STEPS):
+            bad = sorted(name for name, value in fmu.read().items() if not math.isfinite(value))
+            if bad:
+                yield Finding(
+                    f"{', '.join(bad)} = {fmu.read()[bad[0]]} at t = {time:.4g} s of a trial; a "
+                    "body needs numbers",
+                    fault=True,
+                )
+                return
+            fmu.write(inputs)
+            fmu.step(time, step)
+            time = (index + 1) * step
+        yield from _repeats(fmu, time, step)
+    except FmuError as error:
+        yield Finding(f"in a trial: {told(path, error)}", fault=True)
+    finally:
+        fmu.close()
+
+
+def _repeats(fmu: IsolatedFmu, time: float, step: float) -> Iterator[Finding]:
+    """Go back by what the FMU says it can do, and see whether it goes on as before."""
+    ways: list[tuple[bool, str, Callable[[], Any], Callable[[Any], None]]] = [
+        (fmu.can_save, "saved", fmu.save, fmu.restore),
+        (fmu.can_dump, "serialized", fmu.dump, fmu.load),
+    ]
+    for claimed, word, keep, back in ways:
+        if not claimed:
+            continue
+        try:
+            kept = keep()
+            fmu.step(time, step)
+            onward = dict(fmu.read())
+            back(kept)
+            fmu.step(time, step)
+            if dict(fmu.read()) != onward:
+                yield Finding(f"says that its state can be {word}, but does not go on as before")
+            back(kept)
+        except FmuError as error:
+            yield Finding(f"says that its state can be {word}, but {told(fmu.path, error)}")
