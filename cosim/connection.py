@@ -125,7 +125,8 @@ def _conversion(connection: Connection, output: Port, entry: Port) -> tuple[floa
         silent = connection.source if output.unit is None else connection.target
         raise WiringError(
             f"connection {connection}: {silent} declares no unit, so it cannot be converted; "
-            "declare one (in a pythonfmu class: units = {'delta_p': 'cmH2O'})"
+            "declare one (in a pythonfmu class: units = {'delta_p': 'cmH2O'}), or give it in "
+            "controller.ports"
         )
     try:
         return output.unit.conversion_to(entry.unit)

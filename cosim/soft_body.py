@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Final
+from dataclasses import asdict
+from functools import cache
+from typing import Any, Final
 
+from cosim.body_bytes import from_bytes, to_bytes
 from cosim.participant import Causality, Port
 from cosim.units import unit
-from softbody_core import Observation, SoftBody
+from softbody_core import Inputs, Observation, SoftBody
 
 _CORNERS: Final = [f"bounding_box_{end}_{axis}" for end in ("min", "max") for axis in "xyz"]
 _PORTS: Final = [
@@ -26,10 +29,34 @@ _PORTS: Final = [
 ]
 
 
+@cache
+def body_ports() -> Mapping[str, Port]:
+    """Ports of every soft body, by name."""
+    return {
+        name: Port(name, unit(symbol), causality, description, optional=True)
+        for name, symbol, causality, description in _PORTS
+    }
+
+
+@cache
+def obstacle_ports(names: tuple[str, ...]) -> Mapping[str, Port]:
+    """Ports of a body among obstacles: how near they are, and where those that move are."""
+    said = [("clearance", "lower bound of the distance between the body's points and obstacles")]
+    said += [
+        (f"{name}_{axis}", f"{axis} of the centre of mass of {name}")
+        for name in names
+        for axis in "xyz"
+    ]
+    return {
+        name: Port(name, unit("m"), Causality.OUTPUT, description, optional=True)
+        for name, description in said
+    }
+
+
 class SoftBodyParticipant:
     """Offers a `SoftBody`'s inputs and what can be observed of it as ports, in SI units.
 
-    An input that is not connected stays 0.
+    An input that is not connected stays as it was given. Saving and restoring are exact to the bit.
 
     Parameters
     ----------
@@ -37,17 +64,23 @@ class SoftBodyParticipant:
         The body; it moves as the co-simulation does.
     name : str
         Name of the participant.
+    inputs : Inputs, optional
+        What the body's inputs are until a connection says otherwise; 0 by default.
     """
 
-    def __init__(self, body: SoftBody, name: str = "body") -> None:
+    can_save = True
+    can_dump = True
+
+    def __init__(self, body: SoftBody, name: str = "body", inputs: Inputs | None = None) -> None:
         self.name = name
-        self.ports: Mapping[str, Port] = {
-            port: Port(port, unit(symbol), causality, description, optional=True)
-            for port, symbol, causality, description in _PORTS
-        }
+        self.ports = body_ports()
         self.body = body
-        self._inputs = {"delta_p": 0.0, "n": 0.0}
-        self._outputs = _outputs(body.observe())
+        obstacles = body.model.obstacles
+        self.moving = tuple(obstacle.name for obstacle in obstacles if obstacle.moves)
+        if obstacles:
+            self.ports = {**self.ports, **obstacle_ports(self.moving)}
+        self._inputs = asdict(inputs if inputs is not None else Inputs())
+        self._outputs = self._look(body.observe())
 
     def initialize(self, time: float) -> None:
         """Nothing to do: a body stands where it stands."""
@@ -61,14 +94,52 @@ class SoftBodyParticipant:
 
     def step(self, time: float, step: float) -> None:
         """Move the body."""
-        self._outputs = _outputs(self.body.step(step, **self._inputs))
+        self._outputs = self._look(self.body.step(step, **self._inputs))
 
     def read(self) -> Mapping[str, float]:
         """Return what is observed of the body."""
         return self._outputs
 
+    def save(self) -> object:
+        """Body, inputs and outputs as they are now."""
+        return self.body.save(), dict(self._inputs), self._outputs
+
+    def restore(self, saved: Any) -> None:
+        """Go back to what `save` gave."""
+        body, inputs, outputs = saved
+        self.body.restore(body)
+        self._inputs, self._outputs = dict(inputs), outputs
+
+    def release(self, saved: Any) -> None:
+        """Nothing to do: it is memory of Python's."""
+
+    def dump(self) -> bytes:
+        """Write the state down."""
+        return to_bytes(self.save())
+
+    def load(self, data: bytes) -> None:
+        """Go to what `dump` gave, in this body or its twin.
+
+        Raises
+        ------
+        ParameterError
+            If the data are damaged or those of a body with another number of points.
+        """
+        self.restore(from_bytes(data))
+
     def close(self) -> None:
         """Nothing to do."""
+
+    def _look(self, seen: Observation) -> dict[str, float]:
+        outputs = _outputs(seen)
+        if self.body.model.obstacles:
+            outputs["clearance"] = seen.clearance
+        if self.moving:
+            for law, there in zip(self.body.model.obstacles, seen.obstacles, strict=True):
+                if law.moves:
+                    places = zip("xyz", there.position.tolist(), strict=True)
+                    outputs.update((f"{law.name}_{axis}", place) for axis, place in places)
+        return outputs
 
 
 def _outputs(seen: Observation) -> dict[str, float]:

@@ -1,10 +1,14 @@
 """The controllers that ship: sources beside this file, built into FMUs on first use.
 
-A new controller is one file here and one line in `CONTROLLERS`.
+A new controller is one file here and one line in `CONTROLLERS`. Each file stands alone: a module
+that two FMUs shared would be found by its name, and so be taken from the one that was loaded first.
 """
 
 from __future__ import annotations
 
+import keyword
+import re
+import sys
 import tempfile
 from pathlib import Path
 from typing import Final
@@ -17,9 +21,17 @@ from cosim.errors import ControllerError, nearest
 CONTROLLERS: Final[dict[str, str]] = {
     "paper": "paper.py",
     "pressure-control": "pressure_control.py",
+    "volume-control": "volume_control.py",
+    "pressure-support": "pressure_support.py",
+    "cpap": "cpap.py",
+    "muscle-effort": "muscle_effort.py",
+    "pid": "pid.py",
+    "hysteresis": "hysteresis.py",
 }
 
-__all__ = ["CONTROLLERS", "build", "controller_fmu", "controller_source"]
+_NAME: Final = re.compile(r"[a-z][a-z0-9_]*")
+
+__all__ = ["CONTROLLERS", "build", "controller_fmu", "controller_source", "new_source"]
 
 
 def controller_source(name: str) -> Path:
@@ -33,6 +45,35 @@ def controller_source(name: str) -> Path:
     if name not in CONTROLLERS:
         raise ControllerError(f"no controller is named {name!r}; {nearest(name, CONTROLLERS)}")
     return Path(__file__).with_name(CONTROLLERS[name])
+
+
+def new_source(name: str) -> str:
+    """Text of a controller that works, for its author to change.
+
+    Parameters
+    ----------
+    name : str
+        Of the file, without ``.py``; the class is named after it.
+
+    Raises
+    ------
+    ControllerError
+        If a file of that name would not do.
+    """
+    if not _NAME.fullmatch(name):
+        raise ControllerError(
+            f"{name!r} is no name for a controller; expected small letters, digits and "
+            "underscores, like 'my_vent'"
+        )
+    if name in sys.stdlib_module_names or keyword.iskeyword(name):
+        raise ControllerError(f"{name!r} belongs to Python; choose another name, like 'my_{name}'")
+    if name in CONTROLLERS:
+        raise ControllerError(
+            f"a controller named {name!r} ships already; choose another name, like 'my_{name}'"
+        )
+    text = Path(__file__).with_name("template.py").read_text(encoding="utf-8")
+    title = "".join(part.capitalize() for part in name.split("_"))
+    return text.replace("class Template(", f"class {title}(")
 
 
 def controller_fmu(name: str) -> Path:

@@ -7,12 +7,26 @@ V_T = C ΔP (1 − e^(−Ti/RC)) (1 − e^(−Te/RC)) / (1 − e^(−T/RC)) in t
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import ClassVar, Final
 
 from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Integer, Real
 from pythonfmu.default_experiment import DefaultExperiment
 
 INHALING, EXHALING = 1, 0
+OUTPUT, PARAMETER = Fmi2Causality.output, Fmi2Causality.parameter
+
+VARIABLES: Final = {
+    "delta_p": (OUTPUT, 0.0, "cmH2O", "pressure difference across the wall"),
+    "n": (OUTPUT, 0.0, "1", "number proportional to the molecules inside"),
+    "respiratory_pressure": (OUTPUT, 0.0, "cmH2O", "airway pressure, the same as delta_p"),
+    "phase": (OUTPUT, INHALING, None, "1 inhaling, 0 exhaling"),
+    "peep": (PARAMETER, 5.0, "cmH2O", "positive end-expiratory pressure"),
+    "driving_pressure": (PARAMETER, 15.0, "cmH2O", "pressure above PEEP while inhaling"),
+    "inspiratory_time": (PARAMETER, 1.5, "s", "length of the inspiratory phase"),
+    "rate": (PARAMETER, 15.0, "1/min", "breaths a minute"),
+    "constant_n": (PARAMETER, 0.0, "1", "N, all the time"),
+}
+"""Causality, start, unit and description."""
 
 
 class PressureControl(Fmi2Slave):
@@ -22,14 +36,8 @@ class PressureControl(Fmi2Slave):
     license = "MIT"
     default_experiment = DefaultExperiment(start_time=0.0, stop_time=20.0, step_size=1 / 30)
     complete_state = True
-    units: ClassVar[dict[str, str]] = {
-        **dict.fromkeys(["delta_p", "respiratory_pressure", "peep", "driving_pressure"], "cmH2O"),
-        "inspiratory_time": "s",
-        "rate": "1/min",
-        "n": "1",
-        "constant_n": "1",
-    }
-    bounds: ClassVar[dict[str, tuple[float | None, float | None]]] = {
+    units: ClassVar = {name: unit for name, (_, _, unit, _) in VARIABLES.items() if unit}
+    bounds: ClassVar = {
         "inspiratory_time": (0.0, None),
         "rate": (1e-6, None),
         "constant_n": (0.0, None),
@@ -37,47 +45,14 @@ class PressureControl(Fmi2Slave):
 
     def __init__(self, **kwargs: object) -> None:
         super().__init__(**kwargs)
-        self.delta_p = 0.0
-        self.n = 0.0
-        self.respiratory_pressure = 0.0
-        self.phase = INHALING
-        self.peep = 5.0
-        self.driving_pressure = 15.0
-        self.inspiratory_time = 1.5
-        self.rate = 15.0
-        self.constant_n = 0.0
-        said = {
-            "delta_p": "pressure difference across the wall",
-            "n": "number proportional to the molecules inside",
-            "respiratory_pressure": "airway pressure, the same as delta_p",
-        }
-        for name, text in said.items():
+        for name, (causality, start, _, said) in VARIABLES.items():
+            setattr(self, name, start)
+            kind = Integer if isinstance(start, int) else Real
+            fixed = causality is PARAMETER
+            variability = Fmi2Variability.fixed if fixed else Fmi2Variability.discrete
             self.register_variable(
-                Real(
-                    name,
-                    causality=Fmi2Causality.output,
-                    description=text,
-                    variability=Fmi2Variability.discrete,
-                )
+                kind(name, causality=causality, variability=variability, description=said)
             )
-        self.register_variable(
-            Integer(
-                "phase",
-                causality=Fmi2Causality.output,
-                description="1 inhaling, 0 exhaling",
-                variability=Fmi2Variability.discrete,
-            )
-        )
-        fixed = {"causality": Fmi2Causality.parameter, "variability": Fmi2Variability.fixed}
-        said = {
-            "peep": "positive end-expiratory pressure",
-            "driving_pressure": "pressure above PEEP while inhaling",
-            "inspiratory_time": "length of the inspiratory phase",
-            "rate": "breaths a minute",
-            "constant_n": "N, all the time",
-        }
-        for name, text in said.items():
-            self.register_variable(Real(name, description=text, **fixed))
 
     def exit_initialization_mode(self) -> None:
         if self.inspiratory_time >= 60.0 / self.rate:

@@ -8,9 +8,10 @@ import sys
 import zipfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree as ET
 
-from cosim import Causality, Port, unit
+from cosim import Causality, Connection, FmuParticipant, Port, cosimulate, unit
 
 
 def port(name: str, symbol: str | None, causality: Causality, *, optional: bool = False) -> Port:
@@ -103,6 +104,8 @@ class Lung:
         self.ports: Mapping[str, Port] = {
             "p": port("p", "cmH2O", Causality.INPUT),
             "volume": port("volume", "L", Causality.OUTPUT),
+            "flow": port("flow", "L/s", Causality.OUTPUT),
+            "alveolar_pressure": port("alveolar_pressure", "cmH2O", Causality.OUTPUT),
         }
         self.resistance, self.compliance = resistance, compliance
         self.p = self.volume = 0.0
@@ -122,10 +125,27 @@ class Lung:
         self.volume = rest + (self.volume - rest) * decay
 
     def read(self) -> Mapping[str, float]:
-        return {"volume": self.volume}
+        recoil = self.volume / self.compliance
+        flow = (self.p - recoil) / self.resistance
+        return {"volume": self.volume, "flow": flow, "alveolar_pressure": recoil}
 
     def close(self) -> None:
         """Nothing to give back."""
+
+
+def breathe(
+    fmu: Path, lung: Lung, step: float, steps: int, **parameters: Any
+) -> list[Mapping[str, Mapping[str, float]]]:
+    """Outputs at each communication point of a controller and a lung, connected by name."""
+    controller = FmuParticipant(fmu, parameters=parameters)
+    try:
+        inputs = [n for n, entry in controller.ports.items() if entry.causality is Causality.INPUT]
+        wires = [Connection("controller.delta_p", "lung.p")]
+        wires += [Connection(f"lung.{name}", f"controller.{name}") for name in inputs]
+        points = cosimulate([controller, lung], wires, step=step, steps=steps)
+        return [point.outputs for point in points]
+    finally:
+        controller.close()
 
 
 def rewritten(fmu: Path, copy: Path, edit: Callable[[ET.Element], object]) -> Path:

@@ -1,7 +1,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+import re
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -10,11 +11,12 @@ from fmpy.validation import validate_fmu
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cosim import Connection, ControllerError, FmuError, FmuParticipant, cosimulate
+from cosim import ControllerError, FmuError, FmuParticipant, quantity
 from cosim.controllers import CONTROLLERS, build, controller_fmu, controller_source
 from cosim.participant import Causality
-from tests.cosim.helpers import Lung, description, variable
+from tests.cosim.helpers import Lung, breathe, description, variable
 
+DOCS = Path(__file__).parents[2] / "docs" / "controller.md"
 FRAMES = 120
 FRAME = 4.0 / FRAMES
 Volume = Callable[[int], float]
@@ -45,6 +47,7 @@ def test_description_says_what_other_tools_need(shipped: Mapping[str, Path], nam
     variables = root.findall("ModelVariables/ScalarVariable")
     declared = {unit.get("name") for unit in root.findall("UnitDefinitions/Unit")}
     for element in variables:
+        assert element.get("description"), element.get("name")
         if element[0].tag == "Real":
             assert element[0].get("unit") in declared, element.get("name")
         if element.get("causality") in ("input", "parameter"):
@@ -69,6 +72,124 @@ def test_outputs_stay_finite_over_two_breaths(shipped: Mapping[str, Path], name:
             assert all(math.isfinite(value) for value in fmu.read().values())
     finally:
         fmu.close()
+
+
+SIGNALS: Mapping[str, Callable[[float], float]] = {
+    "volume": lambda angle: 3.5 + 1.4 * math.sin(angle - 1.2),
+    "bounding_box_volume": lambda angle: 7.0 + 2.8 * math.sin(angle - 1.2),
+    "flow": lambda angle: 60 * math.cos(angle - 1.2),
+    "alveolar_pressure": lambda angle: 8 + 6 * math.sin(angle - 1.2),
+}
+"""What a breathing body gives, in the controllers' units, over an angle of 2π a breath."""
+
+
+def walk(fmu: FmuParticipant, first: int, last: int, split: int = 1) -> list[dict[str, float]]:
+    """Outputs at the end of each frame; within a frame the inputs are nonsense on purpose."""
+    inputs = [n for n, port in fmu.ports.items() if port.causality is Causality.INPUT]
+    seen = []
+    for i in range(first * split, last * split):
+        frame, inside = divmod(i, split)
+        angle = 2 * math.pi * frame / FRAMES
+        fmu.write({name: 99.0 if inside else SIGNALS[name](angle) for name in inputs})
+        fmu.step(i * (FRAME / split), FRAME / split)
+        if inside == split - 1:
+            seen.append(dict(fmu.read()))
+    return seen
+
+
+@pytest.fixture
+def started(shipped: Mapping[str, Path]) -> Iterator[Callable[[str], FmuParticipant]]:
+    """Start a controller that ships, up to the first step, and close it after the test."""
+    opened: list[FmuParticipant] = []
+
+    def start_one(name: str) -> FmuParticipant:
+        opened.append(start(FmuParticipant(shipped[name])))
+        return opened[-1]
+
+    yield start_one
+    for fmu in opened:
+        fmu.close()
+
+
+@pytest.mark.parametrize("split", [1, 2, 5])
+@pytest.mark.parametrize("name", CONTROLLERS)
+def test_outputs_do_not_depend_on_the_communication_step(
+    started: Callable[[str], FmuParticipant], name: str, split: int
+) -> None:
+    whole = walk(started(name), 0, 2 * FRAMES)
+    assert walk(started(name), 0, 2 * FRAMES, split) == whole
+
+
+@pytest.mark.parametrize("name", CONTROLLERS)
+def test_restored_state_goes_on_to_the_bit(
+    started: Callable[[str], FmuParticipant], name: str
+) -> None:
+    fmu, other = started(name), started(name)
+    walk(fmu, 0, 37)
+    saved, written = fmu.save(), fmu.dump()
+    onward = walk(fmu, 37, 200)  # over two switches of phase
+    fmu.restore(saved)
+    assert walk(fmu, 37, 200) == onward
+    other.load(written)
+    assert walk(other, 37, 200) == onward
+
+
+def bounded() -> list[tuple[str, str, float, str]]:
+    """Controller, parameter, a value beyond its bound, and what is said of it."""
+    cases = []
+    for name in CONTROLLERS:
+        for parameter, _, lowest, highest, _ in documented(name):
+            if lowest is not None:
+                cases.append((name, parameter, lowest - 1, f"expected at least {lowest:g}"))
+            if highest is not None:
+                cases.append((name, parameter, highest + 1, f"expected at most {highest:g}"))
+    return cases
+
+
+def documented(name: str) -> list[tuple[str, str, float | None, float | None, str]]:
+    """Parameter, default, bounds and meaning as the table in docs/controller.md has them."""
+    section = DOCS.read_text(encoding="utf-8").split(f"\n### `{name}`\n")[1].split("\n#")[0]
+    rows = re.findall(r"^\| `(\w+)` \| (.*?) \| ?(.*?) \| (.*) \|$", section, re.MULTILINE)
+    found = []
+    for parameter, default, bounds, meaning in rows:
+        low, _, high = bounds.removeprefix("≥ ").partition(" to ")
+        found.append(
+            (parameter, default, *(float(end) if end else None for end in (low, high)), meaning)
+        )
+    return found
+
+
+@pytest.mark.parametrize(("name", "parameter", "value", "said"), bounded())
+def test_value_beyond_its_bound_is_refused(
+    shipped: Mapping[str, Path], name: str, parameter: str, value: float, said: str
+) -> None:
+    element = variable(description(shipped[name]), parameter)[0]
+    symbol = element.get("unit", "1")
+    given_ = int(value) if element.tag == "Integer" else value
+    with pytest.raises(FmuError, match=rf"parameter {parameter} = .*: {re.escape(said)}"):
+        FmuParticipant(
+            shipped[name], parameters={parameter: given_ if symbol == "1" else f"{value} {symbol}"}
+        )
+
+
+@pytest.mark.parametrize("name", CONTROLLERS)
+def test_documentation_has_the_parameters_as_they_are(
+    shipped: Mapping[str, Path], name: str
+) -> None:
+    elements = description(shipped[name]).findall("ModelVariables/*[@causality='parameter']")
+    rows = documented(name)
+    assert [row[0] for row in rows] == [element.get("name") for element in elements]
+    for element, (_, default, *bounds, meaning) in zip(elements, rows, strict=True):
+        value = element[0]
+        start_ = value.get("start", "")
+        if "unit" in value.attrib and value.get("unit") != "1":
+            assert quantity(default, value.get("unit", "")) == float(start_)
+            assert default.endswith(f" {value.get('unit')}")
+        else:
+            assert default == start_
+        ends = [None if end is None else float(end) for end in map(value.get, ("min", "max"))]
+        assert ends == bounds
+        assert meaning == element.get("description")
 
 
 # The controller of the paper.
@@ -236,21 +357,9 @@ def test_paper_controller_refuses_what_it_cannot_do(
 # Pressure control.
 
 
-def ventilate(
-    fmu: Path, lung: Lung, step: float, steps: int, **parameters: Any
-) -> list[Mapping[str, Mapping[str, float]]]:
-    controller = FmuParticipant(fmu, parameters=parameters)
-    try:
-        wires = [Connection("controller.delta_p", "lung.p")]
-        points = cosimulate([controller, lung], wires, step=step, steps=steps)
-        return [point.outputs for point in points]
-    finally:
-        controller.close()
-
-
 def test_square_wave_has_its_times_and_levels(pressure: Path) -> None:
     # Breaths of 4 s, 1.2 s in: at 276/30 s a switch would come a step late by rounding alone.
-    outputs = ventilate(
+    outputs = breathe(
         pressure, Lung(10.0, 0.05), FRAME, 600, constant_n=7.0, inspiratory_time="1.2 s"
     )
     for i, point in enumerate(outputs[1:]):
@@ -272,7 +381,7 @@ def test_tidal_volume_is_that_of_the_closed_form(pressure: Path, resistance: flo
         "rate": f"{60 / breath} 1/min",
     }
     # Twenty breaths: the start has decayed to exp(-40) with the longer time constant of 1.5 s.
-    outputs = ventilate(pressure, Lung(resistance, compliance), 0.05, 1200, **parameters)
+    outputs = breathe(pressure, Lung(resistance, compliance), 0.05, 1200, **parameters)
     last = [point["lung"]["volume"] for point in outputs[-61:]]
     expiration, tau = breath - inspiration, resistance * compliance
     closed = (
@@ -288,7 +397,7 @@ def test_tidal_volume_is_that_of_the_closed_form(pressure: Path, resistance: flo
 
 def test_inspiration_longer_than_the_breath_is_refused(pressure: Path) -> None:
     with pytest.raises(FmuError, match=r"inspiratory_time = 4\.0 s: expected less than"):
-        ventilate(pressure, Lung(10.0, 0.05), 0.1, 1, inspiratory_time="4 s")
+        breathe(pressure, Lung(10.0, 0.05), 0.1, 1, inspiratory_time="4 s")
 
 
 # From the user's cache.

@@ -1,0 +1,133 @@
+"""Which ports of a controller and of a body belong together: those of one name, or those named."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Final
+
+from cosim.errors import nearest
+from cosim.participant import Causality, Port
+from cosim.units import unit
+
+_OPPOSITE: Final = {
+    Causality.INPUT: Causality.OUTPUT,
+    Causality.OUTPUT: Causality.INPUT,
+}
+
+
+@dataclass(frozen=True)
+class PortName:
+    """What a body's port is called in an FMU.
+
+    Attributes
+    ----------
+    variable : str
+        Name of the FMU's port.
+    unit : str or None
+        Its unit, where the FMU declares none or a wrong one.
+    """
+
+    variable: str
+    unit: str | None = None
+
+
+@dataclass(frozen=True)
+class Matching:
+    """Ports that belong together.
+
+    Attributes
+    ----------
+    pairs : list of (str, str)
+        A controller's port and the body's.
+    faults : list of str
+        What keeps the controller from driving the body, to be read after "FMU X".
+    """
+
+    pairs: list[tuple[str, str]]
+    faults: list[str]
+
+
+def match(
+    controller: Mapping[str, Port], body: Mapping[str, Port], names: Mapping[str, PortName]
+) -> Matching:
+    """Find what each port of a controller connects to.
+
+    Parameters
+    ----------
+    controller, body : mapping
+        Their ports, by name.
+    names : mapping
+        By port of the body, which has to have it: its name in the controller, where that differs.
+
+    Returns
+    -------
+    Matching
+        A body's input that is not driven keeps its neutral value. An output of the controller that
+        the body does not take belongs to nothing, and is no fault.
+    """
+    named = _named(controller, body, names)
+    alike = _alike(controller, body, names, {variable for variable, _ in named.pairs})
+    pairs = [*named.pairs, *alike.pairs]
+    undriven = []
+    if not any(body[own].causality is Causality.INPUT for _, own in pairs) and not named.faults:
+        gives = sorted(n for n, port in controller.items() if port.causality is Causality.OUTPUT)
+        undriven.append(
+            "cannot drive the body: it has neither an output delta_p (Pa) nor an output n (1); its "
+            f"outputs are: {', '.join(gives) or 'none'}. Another name is mapped in "
+            "[controller.ports]"
+        )
+    return Matching(pairs, [*named.faults, *undriven, *alike.faults])
+
+
+def _named(
+    controller: Mapping[str, Port], body: Mapping[str, Port], names: Mapping[str, PortName]
+) -> Matching:
+    """Match ports that are named."""
+    pairs, faults = [], []
+    for own, name in names.items():
+        wanted = _OPPOSITE[body[own].causality]
+        fitting = [n for n, port in controller.items() if port.causality is wanted]
+        if name.variable in fitting:
+            pairs.append((name.variable, own))
+        else:
+            faults.append(
+                f"has no {wanted.value} {name.variable!r}, which controller.ports.{own} names; "
+                f"{nearest(name.variable, fitting)}"
+            )
+    return Matching(pairs, faults)
+
+
+def _alike(
+    controller: Mapping[str, Port],
+    body: Mapping[str, Port],
+    names: Mapping[str, PortName],
+    done: set[str],
+) -> Matching:
+    """Match the others by their own name; an input that is driven by a named port is taken."""
+    pairs, faults = [], []
+    offered = [n for n, port in body.items() if port.causality is Causality.OUTPUT]
+    for variable, port in controller.items():
+        if variable in done:
+            continue
+        if port.causality is Causality.OUTPUT:
+            driven = variable in body and body[variable].causality is Causality.INPUT
+            if driven and variable not in names:
+                pairs.append((variable, variable))
+        elif variable in offered:
+            pairs.append((variable, variable))
+        else:
+            faults.append(
+                f"has an input {variable!r} that the body does not give; "
+                f"{nearest(variable, offered)}. Another name is mapped in [controller.ports]"
+            )
+    return Matching(pairs, faults)
+
+
+def with_units(ports: Mapping[str, Port], names: Mapping[str, PortName]) -> dict[str, Port]:
+    """Ports of a controller, with the units that `names` gives in place of its own."""
+    units = {name.variable: unit(name.unit) for name in names.values() if name.unit is not None}
+    return {
+        variable: replace(port, unit=units.get(variable, port.unit))
+        for variable, port in ports.items()
+    }
