@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import sys
 from importlib.metadata import version
-from pathlib import Path
-from typing import Annotated
 
-from cyclopts import App, CycloptsError, Parameter
+from cyclopts import App, CycloptsError
 from rich.console import Console
 
-from cosim.controllers import CONTROLLERS, build, controller_source
 from scenarios.catalogue import load, names
+from scenarios.controller_command import controller_app
 from scenarios.errors import RunError
 from scenarios.extremes.command import extremes_
-from scenarios.output import check_writable
+from scenarios.reproduce.command import reproduce_
 from scenarios.run_command import run_
 from scenarios.tradeoff.command import trade_
 from softbody_core import SoftBodyError
@@ -28,11 +26,11 @@ app = App(
     version=version("softbody-cosim"),
     version_flags=["--version"],
 )
-controller_app = App(name="controller", help="Controllers: list them, or write one as an FMU.")
 app.command(controller_app)
 app.command(run_, name="run")
 app.command(trade_, name="trade")
 app.command(extremes_, name="extremes")
+app.command(reproduce_, name="reproduce")
 
 
 @app.command(name="list")
@@ -42,33 +40,6 @@ def list_() -> None:
     width = max(map(len, names()))
     for name in names():
         out.print(f"{name:{width}}  {load(name).title}", highlight=False)
-
-
-@controller_app.command(name="list")
-def list_controllers() -> None:
-    """List the controllers that ship."""
-    out = Console()
-    for name in CONTROLLERS:
-        said = controller_source(name).read_text(encoding="utf-8").split('"""')[1]
-        out.print(f"{name:18}{said.splitlines()[0]}", highlight=False, soft_wrap=True)
-
-
-@controller_app.command(name="build")
-def build_controller(
-    source: str, /, *, output: Annotated[Path, Parameter(name=["--output", "-o"])]
-) -> None:
-    """Write a controller as an FMU.
-
-    Parameters
-    ----------
-    source
-        A name from `softbody controller list`, or a Python file with a pythonfmu class.
-    output
-        The FMU to write.
-    """
-    check_writable(output, ".fmu")
-    path = Path(source) if source.endswith(".py") else controller_source(source)
-    Console().print(f"wrote {build(path, output)}", highlight=False, soft_wrap=True)
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -3,17 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Final
 
 from cosim import Causality, Connection, FmuParticipant, Port, WiringError, quantity
 from cosim.controllers import CONTROLLERS, controller_fmu
 from cosim.errors import nearest
+from cosim.matching import PortName, match
 from scenarios.catalogue import MESHES
 from scenarios.decode import choose
 from scenarios.errors import ScenarioError
-from scenarios.schema import Controller, Mesh, Scenario
-from softbody_core import SoftBody, SoftBodyError, SoftBodyModel, SurfaceMesh, ball, icosphere
+from scenarios.schema import Controller, Mesh, Obstacle, Scenario
+from softbody_core import (
+    ParameterError,
+    RigidBody,
+    SoftBody,
+    SoftBodyError,
+    SoftBodyModel,
+    SurfaceMesh,
+    ball,
+    icosphere,
+    wine_glass,
+)
 
 _SURPRISING_VOLUME: Final = 1.0
 """More than any animal's lungs, m³: a file in millimetres is read as metres too often."""
@@ -27,25 +39,40 @@ def build_body(scenario: Scenario) -> SoftBody:
     ScenarioError
         If the mesh does not fit; the message says why.
     """
-    model = SoftBodyModel(
-        build_mesh(scenario.mesh, scenario.folder),
-        scenario.body.mass,
-        scenario.forces,
-        scenario.weights,
-        scenario.constraints,
-    )
-    return SoftBody(model, scenario.integrator)
+    mesh = build_mesh(scenario.mesh, scenario.folder)
+    constraints = list(scenario.constraints)
+    if scenario.obstacles:
+        bodies = tuple(_rigid(obstacle, scenario.folder) for obstacle in scenario.obstacles)
+        constraints.append(replace(scenario.contact, bodies=bodies))
+    try:
+        model = SoftBodyModel(
+            mesh, scenario.body.mass, scenario.forces, scenario.weights, constraints
+        )
+        return SoftBody(model, scenario.integrator)
+    except ParameterError as error:
+        raise ScenarioError(str(error)) from error
 
 
-def build_mesh(mesh: Mesh, folder: Path) -> SurfaceMesh:
-    """Read or make the surface, and scale it."""
+def _rigid(obstacle: Obstacle, folder: Path) -> RigidBody:
+    path = f"obstacles.{obstacle.name}"
+    values = {field.name: getattr(obstacle, field.name) for field in fields(obstacle)}
+    try:
+        return RigidBody(**{**values, "mesh": build_mesh(obstacle.mesh, folder, f"{path}.mesh")})
+    except ParameterError as error:
+        raise ScenarioError(f"{path}: {error}") from error
+
+
+def build_mesh(mesh: Mesh, folder: Path, path: str = "mesh") -> SurfaceMesh:
+    """Read or make the surface, scale it, and put it in its place; `path` is for messages."""
     try:
         surface = _surface(mesh, folder)
-        return surface if mesh.volume is None else surface.scaled_to_volume(mesh.volume)
+        if mesh.volume is not None:
+            surface = surface.scaled_to_volume(mesh.volume)
+        return surface.moved(mesh.position) if any(mesh.position) else surface
     except ScenarioError:
         raise
     except SoftBodyError as error:
-        raise ScenarioError(f"mesh: {error}") from error
+        raise ScenarioError(f"{path}: {error}") from error
 
 
 def _surface(mesh: Mesh, folder: Path) -> SurfaceMesh:
@@ -53,6 +80,8 @@ def _surface(mesh: Mesh, folder: Path) -> SurfaceMesh:
         return icosphere(mesh.icosphere)
     if mesh.ball is not None:
         return ball(mesh.ball)
+    if mesh.glass is not None:
+        return wine_glass(mesh.glass)
     if mesh.file is not None:
         return _from_file(mesh, folder / mesh.file)
     shipped = {path.stem: path for path in MESHES.glob("*.ply")}
@@ -83,8 +112,12 @@ def controller_path(controller: Controller, folder: Path) -> Path:
     return controller_fmu(controller.use)
 
 
-def connect(fmu: FmuParticipant, body_ports: Mapping[str, Port]) -> list[Connection]:
-    """Connect a controller and the body, port by port of the same name.
+def connect(
+    fmu: FmuParticipant,
+    body_ports: Mapping[str, Port],
+    names: Mapping[str, PortName] | None = None,
+) -> list[Connection]:
+    """Connect a controller and the body, port by port.
 
     Parameters
     ----------
@@ -92,28 +125,21 @@ def connect(fmu: FmuParticipant, body_ports: Mapping[str, Port]) -> list[Connect
         The controller. It has to give ``delta_p`` or ``n``; what it does not give stays 0.
     body_ports : mapping
         The body's.
+    names : mapping, optional
+        By port of the body: its name in the FMU, where that differs.
 
     Raises
     ------
     WiringError
-        If the FMU drives nothing, or takes something that the body does not give.
+        If the FMU drives nothing, takes something that the body does not give, or has no port of
+        a given name.
     """
-    gives = {n for n, p in fmu.ports.items() if p.causality is Causality.OUTPUT}
-    takes = [n for n, p in fmu.ports.items() if p.causality is Causality.INPUT]
-    offered = {n for n, p in body_ports.items() if p.causality is Causality.OUTPUT}
-    driven = [n for n, p in body_ports.items() if p.causality is Causality.INPUT and n in gives]
-    if not driven:
-        raise WiringError(
-            f"FMU {fmu.path} cannot drive the body: it has neither an output delta_p (Pa) nor an "
-            f"output n (1); its outputs are: {', '.join(sorted(gives)) or 'none'}"
-        )
-    for name in takes:
-        if name not in offered:
-            raise WiringError(
-                f"FMU {fmu.path} has an input {name!r} that the body does not give; "
-                f"{nearest(name, offered)}"
-            )
+    matching = match(fmu.ports, body_ports, names or {})
+    if matching.faults:
+        raise WiringError(f"FMU {fmu.path} {matching.faults[0]}")
     return [
-        *(Connection(f"{fmu.name}.{name}", f"body.{name}") for name in driven),
-        *(Connection(f"body.{name}", f"{fmu.name}.{name}") for name in takes),
+        Connection(f"{fmu.name}.{variable}", f"body.{own}")
+        if body_ports[own].causality is Causality.INPUT
+        else Connection(f"body.{own}", f"{fmu.name}.{variable}")
+        for variable, own in matching.pairs
     ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from typing import Any, TypeVar, get_type_hints
+from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
 import msgspec
 
@@ -78,6 +78,10 @@ def decode(kind: type[T], data: object, path: str) -> T:
 
 
 def _value(value: Any, hint: Any, expected: Quantity | None, path: str) -> Any:
+    if dataclasses.is_dataclass(value):  # decoded already
+        return value
+    if expected is not None and get_origin(hint) is tuple:
+        return _vector(value, hint, expected, path)
     if expected is not None and expected.unit != "1":
         decoded: Any = _physical(value, expected.unit, path)
     else:
@@ -92,6 +96,18 @@ def _value(value: Any, hint: Any, expected: Quantity | None, path: str) -> Any:
         except ParameterError as error:
             raise ScenarioError(str(error)) from error
     return decoded
+
+
+def _vector(value: Any, hint: Any, expected: Quantity, path: str) -> tuple[Any, ...]:
+    kinds = get_args(hint)
+    if not isinstance(value, list) or len(value) != len(kinds):
+        raise ScenarioError(
+            f'{path} = {value!r}: expected a list of {len(kinds)}, each like "1 {expected.unit}"'
+        )
+    return tuple(
+        _value(part, kind, expected, f"{path}[{index}]")
+        for index, (part, kind) in enumerate(zip(value, kinds, strict=True))
+    )
 
 
 def _in_words(message: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import difflib
 import math
 import tomllib
@@ -14,10 +15,30 @@ import tomli_w
 
 from cosim import ALGORITHMS
 from cosim.controllers import CONTROLLERS
+from cosim.isolation import ISOLATIONS
 from scenarios.decode import choose, decode, refuse_unknown, table
 from scenarios.errors import ScenarioError
-from scenarios.schema import Body, Controller, ControllerValue, Coupling, Mesh, Run, Scenario
-from softbody_core import CONSTRAINTS, FORCES, INTEGRATORS, VelocityVerlet, Weights
+from scenarios.port_names import port_names
+from scenarios.schema import (
+    Body,
+    Controller,
+    ControllerValue,
+    Coupling,
+    Isolation,
+    Mesh,
+    Obstacle,
+    Run,
+    Scenario,
+)
+from softbody_core import (
+    CONSTRAINTS,
+    FORCES,
+    INTEGRATORS,
+    Contact,
+    Inputs,
+    VelocityVerlet,
+    Weights,
+)
 from softbody_core.forces import Force
 from softbody_core.integrators import Integrator
 
@@ -26,11 +47,17 @@ _TABLES: Final = [
     "body",
     "forces",
     "constraints",
+    "obstacles",
+    "contact",
     "controller",
+    "inputs",
     "integrator",
     "coupling",
     "run",
 ]
+
+_ISOLATION: Final = [field.name for field in dataclasses.fields(Isolation)]
+"""Keys of the controller's table that say where it runs; a table of that name has parameters."""
 
 _MOST_STEPS: Final = 10_000_000
 
@@ -71,16 +98,21 @@ def parse(
     if chosen or changes:
         text = tomli_w.dumps(data)
     refuse_unknown(data, ["title", *_TABLES], "")
-    for required in ("mesh", "body", "forces", "controller", "coupling", "run"):
+    for required in ("mesh", "body", "forces", "coupling", "run"):
         if required not in data:
             raise ScenarioError(f"table [{required}] is missing")
+    if ("controller" in data) == ("inputs" in data):
+        raise ScenarioError(
+            "expected a table [controller], or a table [inputs] with the delta_p and n that are "
+            f"held; got {'both' if 'inputs' in data else 'neither'}"
+        )
     tables = {key: table(data.get(key, {}), key) for key in _TABLES}
     refuse_unknown(tables["constraints"], list(CONSTRAINTS), "constraints")
     weights, forces = _forces(tables["forces"])
     scenario = Scenario(
         name=name,
         title=str(data.get("title", name)),
-        mesh=_mesh(tables["mesh"]),
+        mesh=_mesh(tables["mesh"], "mesh"),
         body=decode(Body, tables["body"], "body"),
         weights=weights,
         forces=forces,
@@ -88,7 +120,10 @@ def parse(
             decode(CONSTRAINTS[key], value, f"constraints.{key}")
             for key, value in tables["constraints"].items()
         ),
-        controller=_controller(tables["controller"]),
+        obstacles=tuple(_obstacle(key, value) for key, value in tables["obstacles"].items()),
+        contact=_contact(tables["contact"]),
+        controller=_controller(tables["controller"]) if "controller" in data else None,
+        inputs=decode(Inputs, tables["inputs"], "inputs"),
         integrator=_integrator(tables["integrator"]),
         coupling=decode(Coupling, tables["coupling"], "coupling"),
         run=decode(Run, tables["run"], "run"),
@@ -124,17 +159,37 @@ def variants_of(data: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     return {key: table(value, f"variants.{key}") for key, value in variants.items()}
 
 
-def _mesh(data: dict[str, Any]) -> Mesh:
-    mesh = decode(Mesh, data, "mesh")
-    sources = ("lung", "file", "icosphere", "ball")
+def _mesh(data: dict[str, Any], path: str) -> Mesh:
+    mesh = decode(Mesh, data, path)
+    sources = ("lung", "file", "icosphere", "ball", "glass")
     given = [key for key in sources if getattr(mesh, key) is not None]
     if len(given) != 1:
         raise ScenarioError(
-            f"mesh: expected exactly one of {', '.join(sources)}; got {', '.join(given) or 'none'}"
+            f"{path}: expected exactly one of {', '.join(sources)}; "
+            f"got {', '.join(given) or 'none'}"
         )
     if given[0] in ("icosphere", "ball") and mesh.volume is None:
-        raise ScenarioError('mesh.volume is missing; a sphere needs text like "2.5 L"')
+        raise ScenarioError(f'{path}.volume is missing; a sphere needs text like "2.5 L"')
     return mesh
+
+
+def _obstacle(name: str, data: object) -> Obstacle:
+    path = f"obstacles.{name}"
+    values = table(data, path)
+    if "mesh" not in values:
+        raise ScenarioError(f"{path}.mesh is missing; expected a table like [mesh]")
+    if "name" in values:
+        raise ScenarioError(f"{path}.name is unknown; the table's own name is the obstacle's")
+    mesh = _mesh(table(values["mesh"], f"{path}.mesh"), f"{path}.mesh")
+    return decode(Obstacle, {**values, "name": name, "mesh": mesh}, path)
+
+
+def _contact(data: dict[str, Any]) -> Contact:
+    if "bodies" in data:
+        raise ScenarioError(
+            "contact.bodies is unknown; give each obstacle a table [obstacles.NAME]"
+        )
+    return decode(Contact, data, "contact")
 
 
 def _forces(data: dict[str, Any]) -> tuple[Weights, tuple[Force, ...]]:
@@ -154,17 +209,35 @@ def _controller(data: dict[str, Any]) -> Controller:
         raise ScenarioError(
             f"controller.use = {use!r}: expected a controller's name or an FMU file"
         )
-    tables = {k: table(value, f"controller.{k}") for k, value in data.items() if k != "use"}
+    isolation = _isolation(
+        {k: data[k] for k in _ISOLATION if not isinstance(data.get(k, {}), dict)}
+    )
+    tables = {
+        key: table(value, f"controller.{key}")
+        for key, value in data.items()
+        if key not in ("use", "ports") and (key not in _ISOLATION or isinstance(value, dict))
+    }
     own = Controller(use).key
     for key in tables:
-        similar = difflib.get_close_matches(key, {own, *CONTROLLERS}, n=1, cutoff=0.75)
+        similar = difflib.get_close_matches(key, {own, "ports", *CONTROLLERS}, n=1, cutoff=0.75)
         if similar and key not in {own, *CONTROLLERS}:
             raise ScenarioError(f"controller.{key} is unknown; did you mean {similar[0]!r}?")
     parameters = tables.get(own, {})
     for key, value in parameters.items():
         if not isinstance(value, ControllerValue):
             raise ScenarioError(f"controller.{use}.{key} = {value!r}: expected a single value")
-    return Controller(use, parameters)
+    ports = port_names(data.get("ports", {}))
+    return Controller(use, parameters, isolation, ports if use.endswith(".fmu") else {})
+
+
+def _isolation(data: dict[str, Any]) -> Isolation:
+    isolation = decode(Isolation, data, "controller")
+    choose(isolation.isolation, ISOLATIONS, "controller.isolation")
+    if "time_limit" in data and isolation.isolation == "none":
+        raise ScenarioError(
+            'controller.time_limit has no effect without controller.isolation = "process"'
+        )
+    return isolation
 
 
 def _integrator(data: dict[str, Any]) -> Integrator:

@@ -33,7 +33,9 @@ def overview(dataset: xr.Dataset) -> Figure:
         axes.spines[["top", "right"]].set_visible(False)
     status = dataset.attrs.get("status", "completed")
     note = "" if status == "completed" else " — ended early"
-    figure.suptitle(f"{dataset.attrs.get('title', '')} — {dataset.attrs.get('controller')}{note}")
+    controller = dataset.attrs.get("controller")
+    driven = "" if controller is None else f" — {controller}"
+    figure.suptitle(f"{dataset.attrs.get('title', '')}{driven}{note}")
     return figure
 
 

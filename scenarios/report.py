@@ -24,6 +24,8 @@ _COLUMNS: Final = {
 }
 """Heading and variable of each column of the table of breaths."""
 
+_MOST_WARNINGS: Final = 3
+
 
 @contextmanager
 def progress_bar(console: Console) -> Iterator[Callable[[RunProgress], None]]:
@@ -56,6 +58,40 @@ def show_controller(console: Console, controller: Controller) -> None:
     settings = ", ".join(f"{name} = {value}" for name, value in controller.parameters.items())
     said = settings or f"its own defaults (the scenario has no table [controller.{controller.key}])"
     console.print(f"controller {controller.use}: {said}", highlight=False, markup=False)
+
+
+def show_warnings(console: Console, dataset: xr.Dataset) -> None:
+    """Say what the controller's FMU warned of, the first few times."""
+    warnings = dataset.attrs.get("controller_warnings", "").splitlines()
+    for warning in warnings[:_MOST_WARNINGS]:
+        console.print(f"controller warned: {warning}", highlight=False, markup=False)
+    if len(warnings) > _MOST_WARNINGS:
+        more = len(warnings) - _MOST_WARNINGS
+        console.print(f"… {more} more in the dataset's controller_warnings", highlight=False)
+
+
+def show_shape(console: Console, dataset: xr.Dataset) -> None:
+    """Print what became of a body that does not breathe, and how fast the run was."""
+    volume = dataset["volume"].to_numpy()
+    simulated, wall_time = float(dataset["time"][-1]), dataset.attrs["wall_time"]
+    frames = dataset.sizes["time"] - 1
+    rows = {
+        "volume at rest (L)": f"{volume[0]:.4g}",
+        "volume at the end, over that at rest": f"{volume[-1] / volume[0]:.3f}",
+        "smallest and largest": f"{volume.min() / volume[0]:.3f} … {volume.max() / volume[0]:.3f}",
+    }
+    if "clearance" in dataset:
+        nearest = 1000 * float(dataset["clearance"].min())
+        rows["nearest to an obstacle, at least (mm)"] = f"{nearest:.3g}"
+    if wall_time > 0:
+        rows["frames"] = f"{frames}, {frames / wall_time:.0f} a second"
+        rows["real-time factor"] = f"{simulated / wall_time:.3g}"
+    table = Table(title=dataset.attrs["title"], show_header=False)
+    table.add_column()
+    table.add_column(justify="right")
+    for name, value in rows.items():
+        table.add_row(name, value)
+    console.print(table)
 
 
 def show_breaths(console: Console, dataset: xr.Dataset) -> None:

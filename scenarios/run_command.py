@@ -12,7 +12,7 @@ from scenarios.arguments import chosen, seconds
 from scenarios.errors import RunError
 from scenarios.output import check_results, save_results
 from scenarios.plots import save_overview
-from scenarios.report import progress_bar, show_breaths, show_controller
+from scenarios.report import progress_bar, show_breaths, show_controller, show_shape, show_warnings
 from scenarios.runner import run, with_controller
 from scenarios.tradeoff.accuracy import Pick, pick
 from scenarios.tradeoff.report import show_pick, trial_bar
@@ -76,8 +76,12 @@ def run_(
     if picked is not None:
         dataset.attrs |= {"accuracy_asked": accuracy, "error_estimate": picked.error}
     written = save_results(dataset, output, picture, save_overview)
-    show_breaths(out, dataset)
-    show_controller(out, scene.controller)
+    if scene.controller is None:
+        show_shape(out, dataset)
+    else:
+        show_breaths(out, dataset)
+        show_controller(out, scene.controller)
+    show_warnings(out, dataset)
     out.print(written, highlight=False, soft_wrap=True)
     if failure is not None:
         raise failure

@@ -14,9 +14,18 @@ from typing import Final
 
 import xarray as xr
 
-from cosim import ALGORITHMS, FmuParticipant, Recorder, SoftBodyParticipant, cosimulate
+from cosim import (
+    ALGORITHMS,
+    FmuParticipant,
+    Participant,
+    Recorder,
+    SoftBodyParticipant,
+    cosimulate,
+)
+from cosim.isolation import open_fmu
+from cosim.matching import with_units
 from scenarios.assemble import build_body, connect, controller_path
-from scenarios.errors import RunError
+from scenarios.errors import RunError, ScenarioError
 from scenarios.schema import Scenario
 from scenarios.snapshots import Snapshots
 from scenarios.variables import variables_of
@@ -91,9 +100,20 @@ def run(
     if controller is not None:
         scenario = with_controller(scenario, controller)
     body = build_body(scenario)
-    path = controller_path(scenario.controller, scenario.folder)
-    fmu = FmuParticipant(path, "controller", scenario.controller.parameters)
+    chosen = scenario.controller
+    if chosen is None:
+        return _run(scenario, body, None, positions_every, progress)
+    path = controller_path(chosen, scenario.folder)
+    fmu = open_fmu(
+        path,
+        "controller",
+        chosen.parameters,
+        isolation=chosen.isolation.isolation,
+        time_limit=chosen.isolation.time_limit,
+    )
     try:
+        fmu.ports = with_units(fmu.ports, chosen.ports)
+        fmu.check_step(scenario.coupling.step)
         return _run(scenario, body, fmu, positions_every, progress)
     finally:
         fmu.close()
@@ -101,6 +121,11 @@ def run(
 
 def with_controller(scenario: Scenario, controller: str | Path) -> Scenario:
     """Return the scenario with another controller, and the parameters it holds for that one."""
+    if scenario.controller is None:
+        raise ScenarioError(
+            f"scenario {scenario.name} has no controller to replace: its inputs are held (table "
+            "[inputs]); give it a table [controller] instead"
+        )
     use = str(controller)
     if use.endswith(".fmu"):
         use = str(Path(use).resolve())
@@ -110,13 +135,16 @@ def with_controller(scenario: Scenario, controller: str | Path) -> Scenario:
 def _run(
     scenario: Scenario,
     body: SoftBody,
-    fmu: FmuParticipant,
+    fmu: FmuParticipant | None,
     positions_every: float | None,
     progress: Callable[[Progress], None] | None,
 ) -> xr.Dataset:
-    soft_body = SoftBodyParticipant(body)
-    connections = connect(fmu, soft_body.ports)
-    recorder = Recorder([fmu, soft_body], variables_of(fmu))
+    soft_body = SoftBodyParticipant(body, inputs=scenario.inputs)
+    participants: list[Participant] = [soft_body] if fmu is None else [fmu, soft_body]
+    connections = []
+    if fmu is not None and scenario.controller is not None:
+        connections = connect(fmu, soft_body.ports, scenario.controller.ports)
+    recorder = Recorder(participants, variables_of(soft_body, fmu))
     snapshots = Snapshots(body, scenario, positions_every)
     duration = scenario.steps * scenario.coupling.step
     status = COMPLETED
@@ -125,7 +153,7 @@ def _run(
     reached = 0
     try:
         for point in cosimulate(
-            [fmu, soft_body],
+            participants,
             connections,
             step=scenario.coupling.step,
             steps=scenario.steps,
@@ -148,12 +176,10 @@ def _run(
     dataset = snapshots.add_to(recorder.dataset())
     dataset.attrs = {
         "title": scenario.title,
-        "scenario": _portable(scenario).text,
+        "scenario": portable(scenario).text,
         "scenario_name": scenario.name,
-        "versions": json.dumps(_versions()),
-        "controller": scenario.controller.use,
-        "controller_parameters": json.dumps(scenario.controller.parameters),
-        "controller_sha256": fmu.sha256,
+        "versions": json.dumps(versions()),
+        **_controller_attributes(scenario, fmu),
         "integrator": repr(scenario.integrator),
         **dataclasses.asdict(body.work),
         "wall_time": wall_time,
@@ -165,15 +191,34 @@ def _run(
     return dataset
 
 
-def _portable(scenario: Scenario) -> Scenario:
+def _controller_attributes(scenario: Scenario, fmu: FmuParticipant | None) -> dict[str, str]:
+    """What a dataset says of its controller, if the scene has one."""
+    if scenario.controller is None or fmu is None:
+        return {}
+    attributes = {
+        "controller": scenario.controller.use,
+        "controller_parameters": json.dumps(scenario.controller.parameters),
+        "controller_sha256": fmu.sha256,
+    }
+    if fmu.log.warnings:
+        attributes["controller_warnings"] = "\n".join(fmu.log.warnings)
+    return attributes
+
+
+def portable(scenario: Scenario) -> Scenario:
     """Return the scenario with paths that hold wherever its text is saved."""
     changes = {}
     if scenario.mesh.file is not None:
         changes["mesh.file"] = str(scenario.folder / scenario.mesh.file)
-    if scenario.controller.use.endswith(".fmu"):
+    for obstacle in scenario.obstacles:
+        if obstacle.mesh.file is not None:
+            path = str(scenario.folder / obstacle.mesh.file)
+            changes[f"obstacles.{obstacle.name}.mesh.file"] = path
+    if scenario.controller is not None and scenario.controller.use.endswith(".fmu"):
         changes["controller.use"] = str(scenario.folder / scenario.controller.use)
     return scenario.changed(changes) if changes else scenario
 
 
-def _versions() -> dict[str, str]:
+def versions() -> dict[str, str]:
+    """Versions of Python and of the libraries that decide a result."""
     return {"python": platform.python_version(), **{name: version(name) for name in _PACKAGES}}

@@ -5,20 +5,24 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
-from softbody_core import Weights
+from cosim.isolation import TIME_LIMIT
+from cosim.matching import PortName
+from softbody_core import Contact, Inputs, Weights
 from softbody_core.constraints import Constraint
 from softbody_core.forces import Force
+from softbody_core.forces.gravity import STANDARD_GRAVITY
 from softbody_core.integrators import Integrator
 from softbody_core.parameters import Parameters, Quantity
 
 ControllerValue = float | int | bool | str
+Vector = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
 class Mesh(Parameters):
-    """Where the surface comes from: exactly one of `lung`, `file`, `icosphere` and `ball`.
+    """Where the surface comes from: exactly one of `lung`, `file`, `icosphere`, `ball` and `glass`.
 
     Parameters
     ----------
@@ -30,10 +34,14 @@ class Mesh(Parameters):
         Subdivisions of an icosphere: 2, 3, 4 give 162, 642, 2562 points.
     ball : int, optional
         Number of points of a ball of Fibonacci points.
+    glass : int, optional
+        Segments of a full turn of a wine glass, 205 mm high.
     unit : str, optional
         Unit of a file's coordinates, such as "mm"; metres by default.
     volume : float, optional
         Enclosed volume to scale the surface to, m³; a sphere needs it.
+    position : tuple of float
+        Where the origin of the surface's own coordinates is put, m.
     weld : bool
         Merge points at the same position.
     """
@@ -43,8 +51,40 @@ class Mesh(Parameters):
     unit: str | None = None
     icosphere: int | None = None
     ball: int | None = None
+    glass: int | None = None
+    position: Annotated[Vector, Quantity("m")] = (0.0, 0.0, 0.0)
     volume: Annotated[float | None, Quantity("m^3", above=0)] = None
     weld: bool = False
+
+
+@dataclass(frozen=True)
+class Obstacle(Parameters):
+    """A rigid body around the soft one; see `softbody_core.RigidBody`.
+
+    Parameters
+    ----------
+    name : str
+        Key of its table.
+    mesh : Mesh
+        Its surface.
+    motion : {"fixed", "driven", "free"}
+        Whether it stays, keeps its velocities, or obeys forces.
+    mass : float, optional
+        kg; a free one needs it.
+    velocity, angular_velocity, force : tuple of float
+        At its centre of mass, m/s, rad/s and N.
+    gravity : float
+        |g| along −z, m/s².
+    """
+
+    name: str
+    mesh: Mesh
+    motion: Literal["fixed", "driven", "free"] = "fixed"
+    mass: Annotated[float | None, Quantity("kg", above=0)] = None
+    velocity: Annotated[Vector, Quantity("m/s")] = (0.0, 0.0, 0.0)
+    angular_velocity: Annotated[Vector, Quantity("rad/s")] = (0.0, 0.0, 0.0)
+    force: Annotated[Vector, Quantity("N")] = (0.0, 0.0, 0.0)
+    gravity: Annotated[float, Quantity("m/s^2", at_least=0)] = STANDARD_GRAVITY
 
 
 @dataclass(frozen=True)
@@ -55,11 +95,41 @@ class Body(Parameters):
 
 
 @dataclass(frozen=True)
+class Isolation(Parameters):
+    """Where an FMU runs.
+
+    Parameters
+    ----------
+    isolation : str
+        "none" for this process, "process" for one of its own.
+    time_limit : float
+        In its own process, how long it may take to answer one call, s.
+    """
+
+    isolation: str = "none"
+    time_limit: Annotated[float, Quantity("s", above=0)] = TIME_LIMIT
+
+
+@dataclass(frozen=True)
 class Controller:
-    """A controller that ships, or an FMU file, and what its parameters are set to."""
+    """What drives the body.
+
+    Attributes
+    ----------
+    use : str
+        A controller that ships, or an FMU file.
+    parameters : mapping
+        What its parameters are set to.
+    isolation : Isolation
+        Where it runs.
+    ports : mapping
+        By port of the body, its name in the FMU, where that differs.
+    """
 
     use: str
     parameters: Mapping[str, ControllerValue] = field(default_factory=dict)
+    isolation: Isolation = Isolation()
+    ports: Mapping[str, PortName] = field(default_factory=dict)
 
     @property
     def key(self) -> str:
@@ -77,7 +147,7 @@ class Coupling(Parameters):
 
 @dataclass(frozen=True)
 class Run(Parameters):
-    """Length of a run: `cycles` breaths of `period` seconds."""
+    """Length of a run: `cycles` breaths, or whatever it repeats, of `period` seconds."""
 
     period: Annotated[float, Quantity("s", above=0)]
     cycles: Annotated[int, Quantity("1", at_least=1)] = 5
@@ -93,8 +163,11 @@ class Scenario:
         Short and long.
     mesh, body, weights, forces, constraints, integrator
         The body.
-    controller, coupling, run
-        What drives it, how they are coupled, and for how long.
+    obstacles, contact
+        Rigid bodies around it, and how it touches them.
+    controller, inputs, coupling, run
+        What drives it, or the inputs that are held where nothing does; how they are coupled, and
+        for how long.
     text : str
         The scenario as TOML; loading it again gives an equal scenario.
     folder : Path
@@ -108,7 +181,10 @@ class Scenario:
     weights: Weights
     forces: tuple[Force, ...]
     constraints: tuple[Constraint, ...]
-    controller: Controller
+    obstacles: tuple[Obstacle, ...]
+    contact: Contact
+    controller: Controller | None
+    inputs: Inputs
     integrator: Integrator
     coupling: Coupling
     run: Run

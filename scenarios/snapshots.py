@@ -36,12 +36,17 @@ class Snapshots:
                 )
         self._times: list[float] = []
         self._positions: list[np.ndarray] = []
+        self._obstacles: list[np.ndarray] = []
 
     def take(self, index: int) -> None:
         """Keep the positions if it is time to."""
         if self._stride and index % self._stride == 0:
             self._times.append(self._body.time)
             self._positions.append(self._body.positions)
+            placed = zip(self._body.model.obstacles, self._body.state.obstacles, strict=True)
+            surfaces = [obstacle.surface(there) for obstacle, there in placed]
+            if surfaces:
+                self._obstacles.append(np.concatenate(surfaces))
 
     def add_to(self, dataset: xr.Dataset) -> xr.Dataset:
         """Add what was kept to a dataset."""
@@ -50,7 +55,27 @@ class Snapshots:
         said = {"units": "m", "long_name": "point position"}
         time = {"units": "s", "long_name": "time of the snapshot"}
         corners = {"units": "1", "long_name": "point indices of the triangles, outward"}
-        return dataset.assign(
+        dataset = dataset.assign(
             position=(("snapshot", "point", "axis"), np.stack(self._positions), said),
             triangles=(("triangle", "corner"), self._body.model.mesh.triangles, corners),
         ).assign_coords(snapshot_time=("snapshot", np.array(self._times), time))
+        return dataset.assign(self._surfaces()) if self._obstacles else dataset
+
+    def _surfaces(self) -> dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, str]]]:
+        """All obstacles as one surface: once if none moves, at each snapshot otherwise."""
+        meshes = [obstacle.mesh for obstacle in self._body.model.obstacles]
+        offsets = np.cumsum([0, *(mesh.n_points for mesh in meshes[:-1])])
+        triangles = [m.triangles + offset for m, offset in zip(meshes, offsets, strict=True)]
+        said = {"units": "m", "long_name": "points of the obstacles' surfaces"}
+        corners = {"units": "1", "long_name": "point indices of the obstacles' triangles, outward"}
+        still = not any(obstacle.moves for obstacle in self._body.model.obstacles)
+        return {
+            "obstacle_points": (("obstacle_point", "axis"), self._obstacles[0], said)
+            if still
+            else (("snapshot", "obstacle_point", "axis"), np.stack(self._obstacles), said),
+            "obstacle_triangles": (
+                ("obstacle_triangle", "corner"),
+                np.concatenate(triangles),
+                corners,
+            ),
+        }

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
-from cosim import Causality, Participant, Port, Variable
+from cosim import Causality, Participant, Port, SoftBodyParticipant, Variable
 
 _BODY: Final = [
     Variable("volume", ("body.volume",), "L", "enclosed volume"),
@@ -45,10 +45,25 @@ _CONTROLLER: Final[dict[str, tuple[str | None, str, Mapping[str, object]]]] = {
 }
 
 
-def variables_of(controller: Participant) -> list[Variable]:
+def variables_of(body: SoftBodyParticipant, controller: Participant | None) -> list[Variable]:
     """Variables of a run: the body's, those of the controller that have a name here, its others."""
+    variables = [*_BODY]
+    if "clearance" in body.ports:
+        said = body.ports["clearance"].description
+        variables.append(Variable("clearance", ("body.clearance",), "m", said))
+    variables += [
+        Variable(
+            f"{name}_position",
+            tuple(f"body.{name}_{axis}" for axis in "xyz"),
+            "m",
+            f"centre of mass of {name}",
+        )
+        for name in body.moving
+    ]
+    if controller is None:
+        return variables
     return [
-        *_BODY,
+        *variables,
         *(
             _controller_variable(controller.name, port)
             for port in controller.ports.values()
