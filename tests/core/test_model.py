@@ -15,6 +15,7 @@ from softbody_core import (
 )
 from softbody_core.configuration import Configuration
 from softbody_core.state import Inputs
+from softbody_core.weights import Control
 from tests.core.forces import EXAMPLES, INPUTS, deformed, force_at
 
 
@@ -41,7 +42,10 @@ def test_only_the_forces_that_a_scene_names_are_built(potato, built):
 def test_a_force_of_weight_zero_is_not_built(potato, built):
     everything = [laws[0] for laws in EXAMPLES.values()]
     SoftBodyModel(potato, 1.0, everything, Weights(beta=0, gamma=0, delta=0))
-    assert sorted(built) == ["AirwayResistance", "MassSpring"]
+    others = [law for law in FORCES.values() if law.control in (None, Control.STRUCTURE)]
+    assert sorted(built) == sorted(law.__name__ for law in others)
+    assert {AirwayResistance, MassSpring} <= set(others)
+    assert len(others) < len(FORCES)
 
 
 def test_no_airway_is_built_for_zero_resistance(potato, built):
@@ -54,11 +58,16 @@ def test_the_composite_force_is_the_weighted_sum(potato):
     x = deformed(potato, np.random.default_rng(0))
     v = np.random.default_rng(1).normal(size=x.shape)
     laws = [laws[0] for name, laws in EXAMPLES.items() if name != "airway_resistance"]
-    weights = {"mass_spring": 0.5, "surface_sph": 2.0, "internal_pressure": 3.0, "gravity": 0.1}
+    weights = {
+        Control.STRUCTURE: 0.5,
+        Control.ANAMORPHOSIS: 2.0,
+        Control.VOLUME: 3.0,
+        Control.GRAVITY: 0.1,
+    }
     model = SoftBodyModel(potato, 0.7, laws, Weights(0.5, 2.0, 3.0, 0.1))
     expected = sum(
-        weights[name] * force_at(EXAMPLES[name][0].bind(potato, model.masses), potato, x, v)
-        for name in weights
+        weights[law.control] * force_at(law.bind(potato, model.masses), potato, x, v)
+        for law in laws
     )
     actual = model.force(Configuration(potato, x), v, INPUTS)
     np.testing.assert_allclose(actual, expected, rtol=1e-12, atol=1e-12)
