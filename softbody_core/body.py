@@ -55,6 +55,7 @@ class SoftBody:
         self.model = model
         self.integrator: Integrator = integrator if integrator is not None else VelocityVerlet()
         self._stepper = bind(self.integrator, model)
+        self._at_start = self._stepper.memory()
         self.state = State.at_rest(model.mesh)
         for restraint in model.restraints:
             self.state = restraint.start(self.state)
@@ -112,18 +113,28 @@ class SoftBody:
             self._stepper.work.reset_to(work)
 
     def _check_new_state(self) -> None:
-        """Refuse a state that was put in place from outside and is no body."""
-        state, expected = self.state, self.model.masses.shape[0]
-        if state is self._checked:
-            return
+        """Look at a state that was put in place from outside, and start the scheme afresh."""
+        if self.state is not self._checked:
+            self._check(self.state)
+            self._stepper.recall(self._at_start)  # what a scheme remembers is of another state
+            self._checked = self.state
+
+    def _check(self, state: State) -> None:
+        """Refuse a state that is no body."""
+        expected = self.model.masses.shape[0]
         for name, values in (("positions", state.positions), ("velocities", state.velocities)):
             if values.shape != (3, expected):
                 raise ParameterError(
                     f"state.{name} have shape {values.shape}; expected (3, {expected})"
                 )
+        if len(state.obstacles) != len(self.model.obstacles):
+            raise ParameterError(
+                f"the state has {len(state.obstacles)} obstacles, the body "
+                f"{len(self.model.obstacles)}; change the body's own state, as with "
+                "dataclasses.replace(body.state, positions=…)"
+            )
         check_finite(state)
         check_volume(state.time, Configuration(self.model.mesh, state.positions))
-        self._checked = state
 
     def observe(self) -> Observation:
         """Look at the body as it stands, under the inputs of its last step."""
@@ -178,7 +189,9 @@ class SoftBody:
                 f"the saved body has {saved.state.positions.shape[1]} points, this one has "
                 f"{self.model.mesh.n_points}; restore into the body that was saved, or its twin"
             )
+        self._check(saved.state)
         self._take_weights(saved.weights)
         self.state, self._inputs = saved.state, saved.inputs
+        self._checked = saved.state
         self._stepper.work.reset_to(saved.work)
         self._stepper.recall(saved.memory)

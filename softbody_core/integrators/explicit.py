@@ -6,7 +6,7 @@ import math
 from abc import abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,6 +50,27 @@ class ExplicitParameters(Parameters):
     max_substeps: Annotated[int, Quantity("1", at_least=1)] = 200_000
 
 
+class Estimate(NamedTuple):
+    """Stability limit as it was last worked out: it serves short communication steps in a row.
+
+    Attributes
+    ----------
+    limit : float
+        Largest stable substep, s.
+    inputs : Inputs
+        Under which it holds.
+    volume : float
+        Enclosed volume at which it was worked out, m³.
+    age : int
+        Substeps taken since.
+    """
+
+    limit: float
+    inputs: Inputs
+    volume: float
+    age: int = 0
+
+
 class ExplicitStepper(Stepper):
     """Divides a communication step into stable substeps."""
 
@@ -57,6 +78,7 @@ class ExplicitStepper(Stepper):
         self.work = Work()
         self._parameters = parameters
         self._model = model
+        self._estimate: Estimate | None = None
 
     @abstractmethod
     def _march(self, state: State, inputs: Inputs, h: float) -> Iterator[Moment]:
@@ -73,33 +95,46 @@ class ExplicitStepper(Stepper):
         """Largest stable substep, s."""
         return largest_stable_step(self._model.rates(configuration, inputs))
 
+    def memory(self) -> object:
+        return self._estimate
+
+    def recall(self, memory: object) -> None:
+        self._estimate = cast("Estimate | None", memory)
+
     def advance(self, state: State, inputs: Inputs, dt: float) -> State:
         end = state.time + dt
         taken_before = self.work.steps
         remaining = 1.0  # share of dt, so that rounding cannot add or lose a substep
         while remaining > 0:
             with np.errstate(all="ignore"):  # what overflows is found here, and named
-                configuration = Configuration(self._model.mesh, state.positions)
+                estimate = self._estimate_at(state, inputs)
                 allowed = self._parameters.max_substeps - (self.work.steps - taken_before)
-                needed = self._substeps_for(remaining * dt, configuration, inputs, allowed)
-                count = min(needed, RECHECK)
-                h = remaining * dt / needed
-                time, volume = state.time, configuration.volume
+                needed = self._substeps_for(remaining * dt, estimate.limit, allowed)
+                count = min(needed, RECHECK - estimate.age)
+                h, time = remaining * dt / needed, state.time
                 for taken, (x, v, here) in enumerate(self._march(state, inputs, h), start=1):
                     check_volume(time + taken * h, here)
-                    if taken == count or abs(here.volume / volume - 1) > SWOLLEN:
+                    swollen = abs(here.volume / estimate.volume - 1) > SWOLLEN
+                    if taken == count or swollen:
                         state = State(time + taken * h, x, v)
                         break
                 check_finite(state)
+            self._estimate = None if swollen else estimate._replace(age=estimate.age + taken)
             self.work.steps += taken
             remaining = 0.0 if taken == needed else remaining * (1 - taken / needed)
         return State(end, state.positions, state.velocities)
 
-    def _substeps_for(
-        self, span: float, configuration: Configuration, inputs: Inputs, allowed: int
-    ) -> int:
+    def _estimate_at(self, state: State, inputs: Inputs) -> Estimate:
+        """Last estimate, if it is young and of the same inputs; a new one otherwise."""
+        last = self._estimate
+        if last is not None and last.inputs == inputs and last.age < RECHECK:
+            return last
+        here = Configuration(self._model.mesh, state.positions)
+        return Estimate(self._limit(here, inputs), inputs, here.volume)
+
+    def _substeps_for(self, span: float, limit: float, allowed: int) -> int:
         parameters = self._parameters
-        h = parameters.safety * self._limit(configuration, inputs)
+        h = parameters.safety * limit
         if parameters.max_substep is not None:
             h = min(h, parameters.max_substep)
         needed = span / h if h > 0 else math.inf
