@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from typing import Any, TypeVar, get_args, get_origin, get_type_hints
+from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 
 import msgspec
 
@@ -82,6 +82,8 @@ def _value(value: Any, hint: Any, expected: Quantity | None, path: str) -> Any:
         return value
     if expected is not None and get_origin(hint) is tuple:
         return _vector(value, hint, expected, path)
+    if get_origin(hint) is Literal:
+        return choose(value, {name: name for name in get_args(hint)}, path)
     if expected is not None and expected.unit != "1":
         decoded: Any = _physical(value, expected.unit, path)
     else:
