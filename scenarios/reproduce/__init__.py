@@ -1,0 +1,1 @@
+"""The figures and tables of Mesit & Guha (2011), and what becomes of their statements."""
