@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from cosim.units import unit
 from scenarios.assemble import build_mesh
+from scenarios.errors import ScenarioError
 from scenarios.extremes.shapes import SHAPES
 from scenarios.schema import Scenario
 from softbody_core import (
@@ -70,7 +71,18 @@ class Case:
 
     @classmethod
     def of(cls, scenario: Scenario) -> Case:
-        """Take the body of a scenario, under a benign drive in place of its controller."""
+        """Take the body of a scenario, under a benign drive in place of its controller.
+
+        Raises
+        ------
+        ScenarioError
+            If there are obstacles: the extremes are those of a body alone.
+        """
+        if scenario.obstacles:
+            raise ScenarioError(
+                f"scenario {scenario.name} has obstacles, and the extremes are those of a body "
+                "alone; take a scenario without them"
+            )
         return cls(
             build_mesh(scenario.mesh, scenario.folder),
             scenario.body.mass,

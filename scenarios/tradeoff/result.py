@@ -69,7 +69,7 @@ def describe_reference(
         f"the reference_error",
         "reference_scenario": reference.attrs["scenario"],
         "reference_error": error,
-        **{name: reference.attrs[name] for name in _KEPT},
+        **{name: reference.attrs[name] for name in _KEPT if name in reference.attrs},
     }
 
 

@@ -389,3 +389,8 @@ def test_a_bad_option_is_named(cli, option, said):
     answer = cli("extremes", "sphere-lung", *option)
     assert answer.code == 2
     assert said in answer.error
+
+
+def test_a_scene_with_obstacles_is_refused():
+    with pytest.raises(scenarios.ScenarioError, match="glass has obstacles"):
+        Case.of(scenarios.load("glass"))
