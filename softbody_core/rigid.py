@@ -71,7 +71,7 @@ class RigidBody(Parameters):
             "force": self.force,
         }
         for name, vector in vectors.items():
-            if len(vector) != 3 or not np.isfinite(vector).all():
+            if np.shape(vector) != (3,) or not np.isfinite(vector).all():
                 raise ParameterError(f"{self.name}.{name} = {vector}: expected three numbers")
         if self.motion not in ("fixed", "driven", "free"):
             raise ParameterError(
@@ -90,7 +90,7 @@ class RigidBody(Parameters):
     @cached_property
     def centre(self) -> Floats:
         """Centre of mass at time 0, m, shape (3,)."""
-        return np.asarray(self._solid.center_mass)
+        return np.asarray(self.mesh.points.mean(axis=0) + self._solid.center_mass)
 
     @cached_property
     def inertia(self) -> Floats:
@@ -102,7 +102,9 @@ class RigidBody(Parameters):
 
     @cached_property
     def _solid(self) -> trimesh.Trimesh:
-        return trimesh.Trimesh(self.mesh.points, self.mesh.triangles, process=False)
+        # About the middle of its points: far from the origin its integrals lose digits.
+        middle = self.mesh.points.mean(axis=0)
+        return trimesh.Trimesh(self.mesh.points - middle, self.mesh.triangles, process=False)
 
     @cached_property
     def points(self) -> Floats:

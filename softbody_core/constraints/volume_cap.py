@@ -19,6 +19,9 @@ Floats = NDArray[np.float64]
 
 _MOST_ITERATIONS: Final = 20
 
+_NEAR: Final = 0.5
+"""Part of the bound beyond which it counts as near: a jump of pressure leaves little time."""
+
 
 @dataclass(frozen=True)
 class VolumeCap(Parameters, Constraint):
@@ -63,7 +66,7 @@ class _BoundCap(Restraint):
     def longest_step(self, state: State, dt: float) -> float:
         here = Configuration(self._mesh, state.positions)
         flow = float(np.vdot(here.volume_gradient, state.velocities))
-        near = here.volume + 2 * abs(flow) * dt > 0.95 * self._law.volume
+        near = here.volume + 2 * abs(flow) * dt > _NEAR * self._law.volume
         return min(dt, self._law.max_step) if near else dt
 
     def enforce(self, before: State, after: State) -> State:

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args
 
 import numpy as np
 
@@ -17,6 +17,13 @@ from softbody_core.parameters import Parameters, Quantity
 from softbody_core.weights import Weights
 
 WeightName = Literal["alpha", "beta", "gamma", "delta"]
+
+
+def _check_name(relation: str, name: str) -> None:
+    """Raise `ParameterError` for what is no weight."""
+    if name not in get_args(WeightName):
+        expected = ", ".join(get_args(WeightName))
+        raise ParameterError(f"{relation}: {name!r} is no weight; expected one of {expected}")
 
 
 @dataclass(frozen=True)
@@ -38,8 +45,11 @@ class WeightRatio(Parameters, Constraint):
     ratio: Annotated[float, Quantity("1", at_least=0)]
 
     def __post_init__(self) -> None:
-        """Refuse a weight that follows itself."""
+        """Refuse what is no weight, and a weight that follows itself."""
         super().__post_init__()
+        _check_name("WeightRatio", self.weight)
+        _check_name("WeightRatio", self.to)
+        Weights(**{self.weight: self.ratio})  # which says whether it may be 0
         if self.weight == self.to:
             raise ParameterError(f"WeightRatio: {self.weight} cannot follow itself")
 
@@ -70,6 +80,7 @@ class WeightCourse(Constraint):
 
     def __post_init__(self) -> None:
         """Check the course."""
+        _check_name("WeightCourse", self.weight)
         if len(self.times) != len(self.values) or not self.times:
             raise ParameterError(
                 f"WeightCourse of {self.weight}: {len(self.times)} times and {len(self.values)} "

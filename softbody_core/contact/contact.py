@@ -84,34 +84,40 @@ class BoundContact(Restraint):
             If a point of the body is inside an obstacle, or touches it.
         """
         started = replace(state, obstacles=tuple(body.start() for body in self._law.bodies))
-        for body, there, wall in zip(self._law.bodies, started.obstacles, self._walls, strict=True):
+        self._refuse(started, self._thickness)
+        return started
+
+    def _refuse(self, state: State, least: float) -> None:
+        """Raise for points inside an obstacle, or nearer than `least` to it, m."""
+        for body, there, wall in zip(self._law.bodies, state.obstacles, self._walls, strict=True):
             seen = _from(there, state.positions[:, self._points])
-            near = wall.distance_to_box(seen) <= self._thickness
+            near = wall.distance_to_box(seen) <= least
             if not near.any():
                 continue
             _, distance = wall(seen[:, near])
-            bad = wall.inside(seen[:, near]) | (distance < self._thickness)
+            bad = wall.inside(seen[:, near]) | (distance < least)
             if bad.any():
                 point = self._points[near][bad][0]
                 where = ", ".join(f"{x:.4g}" for x in state.positions[:, point])
                 raise ParameterError(
-                    f"{int(bad.sum())} points of the body start inside obstacle {body.name!r} or "
-                    f"nearer than {self._thickness:.2g} m to it, the first one at ({where}) m; "
+                    f"{int(bad.sum())} points of the body are inside obstacle {body.name!r} or "
+                    f"nearer than {least:.2g} m to it, the first one at ({where}) m; "
                     "move the body or the obstacle, or take a smaller thickness"
                 )
-        return started
 
     def longest_step(self, state: State, dt: float) -> float:
+        if any(sweep.look is None for sweep in self._sweeps):
+            self._refuse(state, 0.0)
         longest = self._law.max_step
         if dt <= longest:
             return dt
-        speed = float(norms(state.velocities).max())
-        for body, there in zip(self._law.bodies, state.obstacles, strict=True):
-            if body.moves:
-                reach = float(np.linalg.norm(body.points, axis=1).max())
-                turning = float(np.linalg.norm(there.angular_velocity)) * reach
-                speed += float(np.linalg.norm(there.velocity)) + turning
-        return dt if self.clearance(state) > 2 * speed * dt + self._thickness else longest
+        for sweep, there in zip(self._sweeps, state.obstacles, strict=True):
+            arms = state.positions[:, self._points] - there.position[:, None]
+            wall = there.velocity[:, None] + np.cross(there.angular_velocity, arms, axisb=0).T
+            way = dt * float(norms(state.velocities[:, self._points] - wall).max(initial=0.0))
+            if sweep.clearance(there.rotation.T @ arms) <= 2 * way + self._thickness:
+                return longest
+        return dt
 
     def enforce(self, before: State, after: State) -> State:
         h = after.time - before.time
@@ -128,7 +134,9 @@ class BoundContact(Restraint):
                 reached = sweep(starts[index], _from(here, after.positions[:, self._points]))
                 starts[index] = reached.positions
                 if reached.stopped.size:
-                    after, obstacles[index] = self._strike(index, reached, after, here)
+                    after, obstacles[index], starts[index] = self._strike(
+                        index, reached, after, here
+                    )
                     stopped += 1
             if stopped == 0 or len(obstacles) == 1:  # no wall pushes a point back into another
                 return replace(after, obstacles=tuple(obstacles))
@@ -139,25 +147,30 @@ class BoundContact(Restraint):
 
     def _strike(
         self, index: int, reached: Reached, after: State, here: RigidState
-    ) -> tuple[State, RigidState]:
-        """Put stopped points where they got to, and let them and the obstacle strike."""
+    ) -> tuple[State, RigidState, Floats]:
+        """Let stopped points and the obstacle strike, and put the points where they got to.
+
+        Friction takes back as much of their ways along the wall as of their velocities, so that
+        what sticks stays. Also where points are now, seen from the obstacle.
+        """
         body, points = self._law.bodies[index], self._points[reached.stopped]
         positions, velocities = after.positions.copy(), after.velocities.copy()
-        arms = here.rotation @ reached.positions[:, reached.stopped]
-        positions[:, points] = arms + here.position[:, None]
         touching = Touching(
             self._masses[reached.stopped],
             velocities[:, points],
             here.rotation @ reached.normals,
-            arms,
+            here.rotation @ reached.positions[:, reached.stopped],
             self._law.friction,
         )
+        struck = here
         if body.motion == "free":
-            velocities[:, points], here = strike_free(touching, body, here)
+            velocities[:, points], grip, struck = strike_free(touching, body, here)
         else:
             motion = np.concatenate([here.velocity, here.angular_velocity])
-            velocities[:, points] = strike_fixed(touching, motion)
-        return replace(after, positions=positions, velocities=velocities), here
+            velocities[:, points], grip = strike_fixed(touching, motion)
+        seen = self._sweeps[index].draw_back(reached, grip)
+        positions[:, points] = _to(here, seen[:, reached.stopped])
+        return replace(after, positions=positions, velocities=velocities), struck, seen
 
     def clearance(self, state: State) -> float:
         return min(
@@ -177,3 +190,8 @@ class BoundContact(Restraint):
 def _from(there: RigidState, positions: Floats) -> Floats:
     """Positions in the world seen from a rigid body, m, shape (3, k)."""
     return there.rotation.T @ (positions - there.position[:, None])
+
+
+def _to(there: RigidState, seen: Floats) -> Floats:
+    """Positions in the world of what is seen from a rigid body, m, shape (3, k)."""
+    return there.rotation @ seen + there.position[:, None]

@@ -3,6 +3,10 @@
 A point that moves into the wall loses its normal velocity relative to the wall, and of its
 tangential velocity as much as Coulomb's friction allows: an impulse of at most μ times the normal
 one. What the points lose, a free rigid body gains.
+
+With bounds on friction that are given, a blow is the minimum of a convex function of the wall's
+motion, so it exists, is found, and takes energy. The bounds then follow the normal impulses, until
+they settle or, where points much heavier than the body rub hard, for `_MOST_ITERATIONS`.
 """
 
 from __future__ import annotations
@@ -22,7 +26,10 @@ Floats = NDArray[np.float64]
 _MOST_ITERATIONS: Final = 50
 
 _SETTLED: Final = 1e-12
-"""Change of the rigid body's velocities, over their size, at which they are found."""
+"""Relative change of the rigid body's motion, or of friction, at which they are found."""
+
+_ROUNDING: Final = 1e-14
+"""Relative rise of the potential that counts as none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,18 +56,38 @@ class Touching:
     arms: Floats
     friction: float
 
-    def impulses(self, motion: Floats) -> tuple[Floats, Floats]:
-        """Impulses on the points, N·s, if the wall keeps a motion (V, Ω), shape (6,).
+    def relative(self, motion: Floats) -> tuple[Floats, Floats]:
+        """Velocities into the wall, m/s, (k,), at most 0, and along it, (3, k).
 
-        Also the tangential impulse over m w_t, 1 where the point sticks.
+        The wall moves like a rigid body, with a motion (V, Ω), shape (6,).
         """
         wall = motion[:3, None] + np.cross(motion[3:], self.arms, axisb=0).T
         relative = self.velocities - wall
-        into = np.minimum(np.einsum("ck,ck->k", relative, self.normals), 0.0)
-        along = relative - np.einsum("ck,ck->k", relative, self.normals) * self.normals
-        speed = np.maximum(norms(along), np.finfo(float).tiny)
-        grip = np.minimum(1.0, -self.friction * into / speed)
-        return -self.masses * (into * self.normals + grip * along), grip
+        normal = np.einsum("ck,ck->k", relative, self.normals)
+        return np.minimum(normal, 0.0), relative - normal * self.normals
+
+    def most_friction(self, motion: Floats) -> Floats:
+        """Coulomb's bound on the tangential impulses, μ times the normal ones, N·s, (k,)."""
+        into, _ = self.relative(motion)
+        return -self.friction * self.masses * into
+
+    def grip(self, along: Floats, most: Floats) -> Floats:
+        """Tangential impulse over the one that sticks, (k,): 1 where the bound allows that."""
+        needed = np.maximum(self.masses * norms(along), np.finfo(float).tiny)
+        return np.minimum(1.0, most / needed)
+
+    def impulses(self, motion: Floats, most: Floats) -> Floats:
+        """Impulses on the points, N·s, shape (3, k), if the wall keeps a motion."""
+        into, along = self.relative(motion)
+        grip = self.grip(along, most)
+        return -self.masses * (into * self.normals + grip * along)
+
+    def potential(self, motion: Floats, most: Floats) -> float:
+        """Function of the motion whose slope is what the wall receives, J."""
+        into, along = self.relative(motion)
+        grip = self.grip(along, most)
+        square = into**2 + (2 * grip - grip**2) * np.einsum("ck,ck->k", along, along)
+        return 0.5 * float(np.vdot(self.masses, square))
 
     def on_body(self, impulses: Floats) -> Floats:
         """Impulse and angular impulse that a body receives in return, shape (6,)."""
@@ -68,49 +95,79 @@ class Touching:
         return -np.concatenate([impulses.sum(axis=1), turning.sum(axis=1)])
 
 
-def strike_fixed(touching: Touching, motion: Floats) -> Floats:
-    """Velocities of the points, m/s, after touching a wall whose motion nothing changes."""
-    impulses, _ = touching.impulses(motion)
-    return touching.velocities + impulses / touching.masses
+def strike_fixed(touching: Touching, motion: Floats) -> tuple[Floats, Floats]:
+    """Velocities of the points, m/s, after touching a wall whose motion nothing changes.
+
+    Also the share of its motion along the wall that each point has lost, (k,).
+    """
+    return _struck(touching, motion, touching.most_friction(motion))
 
 
 def strike_free(
     touching: Touching, body: RigidBody, state: RigidState
-) -> tuple[Floats, RigidState]:
-    """Velocities of the points, m/s, and the rigid body after touching each other.
+) -> tuple[Floats, Floats, RigidState]:
+    """Velocities and shares lost as `strike_fixed`, and the rigid body, after touching each other.
 
-    Impulses depend on the body's motion z = (V, Ω) after the blow: z = z₀ + B Wᵀp(z), six
-    equations, by Newton's method with friction's slope taken as that of a damper. Whatever z it
-    ends at, the momentum that the body gains is what the points lose.
+    Impulses depend on the body's motion z = (V, Ω) after the blow: M (z − z₀) = −Wᵀp(z), six
+    equations. Whatever z it ends at, the momentum that the body gains is what the points lose.
     """
     assert body.mass is not None  # noqa: S101 - a free body has one
-    inertia = state.rotation @ body.inertia @ state.rotation.T
-    mobility = np.zeros((6, 6))
-    mobility[:3, :3] = np.eye(3) / body.mass
-    mobility[3:, 3:] = np.linalg.inv(inertia)
+    inertia = np.zeros((6, 6))
+    inertia[:3, :3] = body.mass * np.eye(3)
+    inertia[3:, 3:] = state.rotation @ body.inertia @ state.rotation.T
     before = np.concatenate([state.velocity, state.angular_velocity])
-    motion = before
+    most = np.zeros_like(touching.masses)
+    motion = _settled(touching, inertia, before, before, most)
     for _ in range(_MOST_ITERATIONS):
-        impulses, grip = touching.impulses(motion)
-        gained = mobility @ touching.on_body(impulses)
-        slope = np.eye(6) + mobility @ _damping(touching, impulses, grip)
-        change = np.linalg.solve(slope, before + gained - motion)
-        motion = motion + change
+        last, most = most, touching.most_friction(motion)
+        if np.abs(most - last).max() <= _SETTLED * most.max():
+            break
+        motion = _settled(touching, inertia, before, motion, most)
+    gained = touching.on_body(touching.impulses(motion, most))
+    velocities, grip = _struck(touching, motion, most)
+    motion = before + np.linalg.solve(inertia, gained)
+    return velocities, grip, replace(state, velocity=motion[:3], angular_velocity=motion[3:])
+
+
+def _struck(touching: Touching, motion: Floats, most: Floats) -> tuple[Floats, Floats]:
+    impulses = touching.impulses(motion, most)
+    _, along = touching.relative(motion)
+    return touching.velocities + impulses / touching.masses, touching.grip(along, most)
+
+
+def _settled(
+    touching: Touching, inertia: Floats, before: Floats, motion: Floats, most: Floats
+) -> Floats:
+    """Motion of the body after a blow with given bounds on friction, by Newton's method."""
+
+    def potential(z: Floats) -> float:
+        return 0.5 * float((z - before) @ inertia @ (z - before)) + touching.potential(z, most)
+
+    value = potential(motion)
+    for _ in range(_MOST_ITERATIONS):
+        gained = touching.on_body(touching.impulses(motion, most))
+        slope = inertia + _damping(touching, motion, most)
+        change = np.linalg.solve(slope, gained - inertia @ (motion - before))
+        while (changed := potential(motion + change)) > value * (1 + _ROUNDING):
+            change = change / 2
+        motion, value = motion + change, changed
         if np.linalg.norm(change) <= _SETTLED * np.linalg.norm(motion):
             break
-    impulses, _ = touching.impulses(motion)
-    motion = before + mobility @ touching.on_body(impulses)
-    struck = replace(state, velocity=motion[:3], angular_velocity=motion[3:])
-    return touching.velocities + impulses / touching.masses, struck
+    return motion
 
 
-def _damping(touching: Touching, impulses: Floats, grip: Floats) -> Floats:
-    """−∂(Wᵀp)/∂z of the points that are pushed, shape (6, 6)."""
-    pushed = np.einsum("ck,ck->k", impulses, touching.normals) > 0
-    n, r, m = touching.normals[:, pushed], touching.arms[:, pushed], touching.masses[pushed]
-    held = grip[pushed]
-    # Each point resists by m [n nᵀ + grip (1 − n nᵀ)].
-    tensor = (1 - held) * n[:, None] * n[None] + held * np.eye(3)[:, :, None]
+def _damping(touching: Touching, motion: Floats, most: Floats) -> Floats:
+    """Second derivative of the potential, kg …, shape (6, 6)."""
+    into, along = touching.relative(motion)
+    grip = touching.grip(along, most)
+    acting = (into < 0) | (most > 0)
+    n, r, m = touching.normals[:, acting], touching.arms[:, acting], touching.masses[acting]
+    held, pressed, along = grip[acting], into[acting] < 0, along[:, acting]
+    # Each point resists by m [n nᵀ, if it is pressed, + grip (1 − n nᵀ)], less the direction in
+    # which it slides, where friction does not grow.
+    slides = along / np.maximum(norms(along), np.finfo(float).tiny) * np.sqrt(held * (held < 1))
+    tensor = (pressed - held) * n[:, None] * n[None] + held * np.eye(3)[:, :, None]
+    tensor -= slides[:, None] * slides[None]
     tensor *= m
     arm = np.zeros((3, 6, r.shape[1]))  # W: the wall's velocity at the point is V + Ω × r
     arm[0, 0] = arm[1, 1] = arm[2, 2] = 1.0

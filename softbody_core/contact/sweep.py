@@ -26,9 +26,12 @@ _MARGIN: Final = 1.5
 """Distance over the thickness up to which a point is followed closely."""
 
 _STALE: Final = 0.25
-"""Way over the thickness after which a point looks for its closest point again."""
+"""Way over the thickness, or over a smaller distance, after which a point looks again."""
 
-_STRETCHES: Final = 64
+_ROUNDING: Final = 1e-9
+"""Part of the thickness by which a point at rest on a wall may seem to enter it."""
+
+_STRETCHES: Final = 512
 """Parts of one way; a point that has not arrived then stays where it is."""
 
 
@@ -61,11 +64,14 @@ class Reached(NamedTuple):
         Points that did not get to their goals.
     normals : ndarray, shape (3, k)
         Unit normals of the wall that stopped them; 0 for one that ran out of stretches.
+    slid : ndarray, shape (3, k)
+        Part of their ways that they made along the wall, m.
     """
 
     positions: Floats
     stopped: NDArray[np.int64]
     normals: Floats
+    slid: Floats
 
 
 class Sweep:
@@ -88,7 +94,7 @@ class Sweep:
     def clearance(self, positions: Floats) -> float:
         """Lower bound of the smallest distance between points and wall, m."""
         look = self._known(positions)
-        return float(np.min(look.distance - norms(positions - look.place)))
+        return float(np.min(look.distance - norms(positions - look.place), initial=np.inf))
 
     def __call__(self, start: Floats, goal: Floats) -> Reached:
         """Carry points along straight ways, and along the wall where they meet it.
@@ -102,18 +108,26 @@ class Sweep:
         way = norms(goal - look.place)
         near = np.flatnonzero(~(way < look.distance - _MARGIN * self._thickness))
         if near.size == 0:
-            return Reached(goal, near, np.empty((3, 0)))
+            return Reached(goal, near, np.empty((3, 0)), np.empty((3, 0)))
         positions = goal.copy()
-        followed, normals, stopped = self._follow(near, start[:, near], goal[:, near])
-        positions[:, near[stopped]] = followed[:, stopped]
-        return Reached(positions, near[stopped], normals[:, stopped])
+        reached = self._follow(near, start[:, near], goal[:, near])
+        stopped = near[reached.stopped]
+        positions[:, stopped] = reached.positions[:, reached.stopped]
+        return Reached(positions, stopped, reached.normals, reached.slid)
 
-    def _follow(
-        self, points: NDArray[np.int64], start: Floats, goal: Floats
-    ) -> tuple[Floats, Floats, NDArray[np.bool_]]:
-        """Carry chosen points: where they get, the normals that they meet, and who is stopped."""
+    def draw_back(self, reached: Reached, share: Floats) -> Floats:
+        """Positions, m, shape (3, n), after shares (k,) of the ways along the wall are taken back.
+
+        Where the wall is curved, what lies between is looked at like any other way.
+        """
+        goal = reached.positions.copy()
+        goal[:, reached.stopped] -= share * reached.slid
+        return self(reached.positions, goal).positions
+
+    def _follow(self, points: NDArray[np.int64], start: Floats, goal: Floats) -> Reached:
+        """Carry chosen points; the indices of the result count among them."""
         thickness = self._thickness
-        reached, normals = start.copy(), np.zeros_like(start)
+        reached, met_at, normals = start.copy(), goal.copy(), np.zeros_like(start)
         stopped = np.zeros(len(points), dtype=np.bool_)
         going = np.arange(len(points))
         here, left = start, goal - start
@@ -123,7 +137,9 @@ class Sweep:
             room = np.einsum("ck,ck->k", normal, here - closest) - thickness
             approach = np.einsum("ck,ck->k", normal, left)
             close = distance <= _CLOSE * thickness
-            met = close & (approach < -room)
+            met = close & (approach < -room - _ROUNDING * thickness)
+            first = going[met & ~stopped[going]]
+            met_at[:, first] = reached[:, first]
             left = left + np.where(met, -room - approach, 0.0) * normal
             normals[:, going[met]] = normal[:, met]
             stopped[going[met]] = True
@@ -137,14 +153,17 @@ class Sweep:
             here, going = here[:, onward], going[onward]
             if going.size == 0:
                 break
-        stopped[going] = True
-        return reached, normals, stopped
+        ended = stopped.copy()
+        ended[going] = True
+        slid = np.where(stopped, reached - met_at, 0.0)
+        slid -= np.einsum("ck,ck->k", slid, normals) * normals
+        return Reached(reached, np.flatnonzero(ended), normals[:, ended], slid[:, ended])
 
     def _look_again(self, points: NDArray[np.int64], here: Floats) -> tuple[Floats, ...]:
         """Surroundings of chosen points, seen from no further than a part of the thickness."""
         look = self._known(here)
         moved = norms(here - look.place[:, points])
-        stale = moved > _STALE * self._thickness
+        stale = moved > _STALE * np.minimum(look.distance[points], self._thickness)
         if stale.any():
             look = Look(*(values.copy() for values in look))  # what was given out stays as it was
             chosen, seen = points[stale], self._see(here[:, stale])
@@ -162,5 +181,6 @@ class Sweep:
         """Surroundings of places; far away, the distance from the mesh's box is enough."""
         distance = self._closest_point.distance_to_box(places)
         closest, near = places.copy(), distance <= _CLOSE * self._thickness
-        closest[:, near], distance[near] = self._closest_point(places[:, near])
+        if near.any():
+            closest[:, near], distance[near] = self._closest_point(places[:, near])
         return Look(places.copy(), closest, distance)
