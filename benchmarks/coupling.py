@@ -18,7 +18,7 @@ import numpy as np
 from measure import calibrating_seconds, table
 
 import scenarios
-from cosim import ALGORITHMS, Causality, FmuParticipant, Recorder, SoftBodyParticipant, cosimulate
+from cosim import Causality, FmuParticipant, Recorder, SoftBodyParticipant, cosimulate
 from scenarios import Scenario
 from scenarios.assemble import build_body, connect, controller_path
 from scenarios.variables import variables_of
@@ -78,13 +78,13 @@ def _coupled(scenario: Scenario) -> tuple[np.ndarray, np.ndarray]:
     body.step = timed
     with _controller(scenario) as fmu:
         participant = SoftBodyParticipant(body)
-        recorder = Recorder([fmu, participant], variables_of(fmu))
+        recorder = Recorder([fmu, participant], variables_of([participant], fmu))
         for point in cosimulate(
             [fmu, participant],
             connect(fmu, participant.ports),
             step=scenario.coupling.step,
             steps=scenario.steps,
-            algorithm=ALGORITHMS[scenario.coupling.algorithm](),
+            algorithm=scenario.coupling.algorithm,
         ):
             recorder.record(point)
             reached.append(process_time())

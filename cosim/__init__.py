@@ -1,9 +1,10 @@
 """Two or more participants in step, over typed ports. No physics."""
 
-from cosim.algorithms import ALGORITHMS, GaussSeidel, Jacobi
+from cosim.algorithms import ALGORITHMS, Adaptive, EventLocating, GaussSeidel, Iterated, Jacobi
 from cosim.connection import Connection
 from cosim.errors import (
     ControllerError,
+    CouplingError,
     FmuCrashError,
     FmuEndedError,
     FmuError,
@@ -13,18 +14,23 @@ from cosim.errors import (
     WiringError,
 )
 from cosim.fmu import FmuParticipant
-from cosim.loop import CommunicationPoint, cosimulate
-from cosim.participant import Causality, Participant, Port
+from cosim.loop import CommunicationPoint, CoSimulation, cosimulate
+from cosim.participant import Causality, Change, Participant, Port
 from cosim.recorder import Recorder, Variable
 from cosim.soft_body import SoftBodyParticipant
 from cosim.units import Unit, UnitError, quantity, unit
 
 __all__ = [
     "ALGORITHMS",
+    "Adaptive",
     "Causality",
+    "Change",
+    "CoSimulation",
     "CommunicationPoint",
     "Connection",
     "ControllerError",
+    "CouplingError",
+    "EventLocating",
     "FmuCrashError",
     "FmuEndedError",
     "FmuError",
@@ -32,6 +38,7 @@ __all__ = [
     "FmuStepError",
     "FmuTimeoutError",
     "GaussSeidel",
+    "Iterated",
     "Jacobi",
     "Participant",
     "Port",

@@ -2,37 +2,91 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from math import isfinite
 
 from cosim.errors import SignalError, WiringError, nearest
-from cosim.participant import Causality, Participant, Port
+from cosim.participant import Causality, Change, Participant, Port
 from cosim.units import UnitError
 
 
 @dataclass(frozen=True)
 class Connection:
-    """From an output to an input, each written "participant.port"."""
+    """From an output to an input, each written "participant.port".
+
+    Attributes
+    ----------
+    source : str
+        The output.
+    target : str
+        The input.
+    added : tuple of str
+        Further outputs, which are added to the first one.
+    """
 
     source: str
     target: str
+    added: tuple[str, ...] = ()
+
+    @property
+    def sources(self) -> tuple[str, ...]:
+        """All outputs that add up."""
+        return (self.source, *self.added)
 
     def __str__(self) -> str:
-        """Source and target with an arrow."""
-        return f"{self.source} → {self.target}"
+        """Sources and target with an arrow."""
+        return f"{' + '.join(self.sources)} → {self.target}"
 
 
-@dataclass(frozen=True)
-class Wire:
-    """A checked connection with its conversion."""
+@dataclass(frozen=True, eq=False)
+class Term:
+    """One output that reaches an input, and the factor between their units.
 
-    connection: Connection
+    Attributes
+    ----------
+    continuous : bool
+        The output is continuous, and who takes it does not merely sample it.
+    """
+
     source: Participant
     output: str
-    input: str
     factor: float
+    continuous: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Wire:
+    """A checked connection: input = Σ factor · output + offset."""
+
+    connection: Connection
+    terms: tuple[Term, ...]
+    input: str
     offset: float
+
+    def value(self, given: Callable[[Term], float]) -> float:
+        """Value of the input, in its own unit, from values of the outputs.
+
+        Raises
+        ------
+        SignalError
+            If a value is NaN or infinite.
+        """
+        total = self.offset
+        for term in self.terms:
+            value = given(term)
+            if not isfinite(value):
+                raise SignalError(
+                    f"connection {self.connection} carries {value}; "
+                    f"look at what {term.source.name} computed in its last step"
+                )
+            total += term.factor * value
+        return total
+
+
+def now(term: Term) -> float:
+    """What an output gives at this moment."""
+    return term.source.read()[term.output]
 
 
 class Wiring:
@@ -60,17 +114,14 @@ class Wiring:
         self._wires: dict[str, list[Wire]] = {name: [] for name in by_name}
         taken: dict[str, Connection] = {}
         for connection in connections:
-            source, output = _find(by_name, connection, connection.source, Causality.OUTPUT)
             target, entry = _find(by_name, connection, connection.target, Causality.INPUT)
             if connection.target in taken:
                 raise WiringError(
                     f"input {connection.target} is connected twice: {taken[connection.target]} "
-                    f"and {connection}; keep one"
+                    f"and {connection}; keep one, or let one connection add several outputs"
                 )
             taken[connection.target] = connection
-            factor, offset = _conversion(connection, output, entry)
-            wire = Wire(connection, source, output.name, entry.name, factor, offset)
-            self._wires[target.name].append(wire)
+            self._wires[target.name].append(_wire(by_name, connection, target, entry))
         for participant in participants:
             for port in participant.ports.values():
                 end = f"{participant.name}.{port.name}"
@@ -78,24 +129,58 @@ class Wiring:
                 if required and end not in taken:
                     raise WiringError(f"input {end} is not connected; connect an output to it")
 
-    def inputs_of(self, participant: Participant) -> dict[str, float]:
+    def inputs_of(
+        self, participant: Participant, given: Callable[[Term], float] = now
+    ) -> dict[str, float]:
         """Collect what the other participants give this one, in the units of its ports.
+
+        Parameters
+        ----------
+        participant : Participant
+            Whose inputs.
+        given : callable, optional
+            Value of an output, in its own unit; by default what it gives at this moment.
 
         Raises
         ------
         SignalError
             If a value is NaN or infinite.
         """
-        values = {}
-        for wire in self._wires[participant.name]:
-            value = wire.source.read()[wire.output]
-            if not math.isfinite(value):
-                raise SignalError(
-                    f"connection {wire.connection} carries {value}; "
-                    f"look at what {wire.source.name} computed in its last step"
-                )
-            values[wire.input] = wire.factor * value + wire.offset
-        return values
+        return {wire.input: wire.value(given) for wire in self._wires[participant.name]}
+
+    def terms_of(self, participant: Participant) -> list[Term]:
+        """Outputs that reach the inputs of a participant."""
+        return [term for wire in self._wires[participant.name] for term in wire.terms]
+
+
+def is_sampled(participant: Participant) -> bool:
+    """Whether it acts at instants: it has outputs, and none of them is continuous.
+
+    What such a participant takes is what its inputs are at the start of a step.
+    """
+    changes = [p.change for p in participant.ports.values() if p.causality is Causality.OUTPUT]
+    return bool(changes) and Change.CONTINUOUS not in changes
+
+
+def _wire(
+    participants: Mapping[str, Participant],
+    connection: Connection,
+    target: Participant,
+    entry: Port,
+) -> Wire:
+    terms, offsets = [], []
+    for end in connection.sources:
+        source, output = _find(participants, connection, end, Causality.OUTPUT)
+        factor, offset = _conversion(connection, end, output, entry)
+        offsets.append(offset)
+        continuous = output.change is Change.CONTINUOUS and not is_sampled(target)
+        terms.append(Term(source, output.name, factor, continuous))
+    if any(offsets) and len(terms) > 1:
+        raise WiringError(
+            f"connection {connection}: quantities in a unit with an offset cannot be added; "
+            "convert them first"
+        )
+    return Wire(connection, tuple(terms), entry.name, sum(offsets))
 
 
 def _find(
@@ -118,15 +203,14 @@ def _find(
     return participants[name], fitting[port_name]
 
 
-def _conversion(connection: Connection, output: Port, entry: Port) -> tuple[float, float]:
+def _conversion(connection: Connection, end: str, output: Port, entry: Port) -> tuple[float, float]:
     if output.unit is None and entry.unit is None:
         return 1.0, 0.0
     if output.unit is None or entry.unit is None:
-        silent = connection.source if output.unit is None else connection.target
+        silent = end if output.unit is None else connection.target
         raise WiringError(
             f"connection {connection}: {silent} declares no unit, so it cannot be converted; "
-            "declare one (in a pythonfmu class: units = {'delta_p': 'cmH2O'}), or give it in "
-            "controller.ports"
+            "declare one (in a pythonfmu class: units = {'delta_p': 'cmH2O'})"
         )
     try:
         return output.unit.conversion_to(entry.unit)

@@ -16,6 +16,10 @@ class SignalError(SoftBodyError, ArithmeticError):
     """A value that is not finite crossed a connection."""
 
 
+class CouplingError(SoftBodyError, RuntimeError):
+    """A coupling algorithm cannot go on, or not with these participants."""
+
+
 class FmuError(SoftBodyError, RuntimeError):
     """An FMU cannot be loaded, does not fit, or failed while it ran."""
 

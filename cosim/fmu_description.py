@@ -13,7 +13,7 @@ from fmpy.model_description import ModelDescription, ModelVariable
 
 from cosim.errors import FmuError
 from cosim.fmu_folder import FmuFolder
-from cosim.participant import Causality, Port
+from cosim.participant import Causality, Change, Port
 from cosim.units import SI_BASE, Unit, UnitError, unit
 
 NUMBERS: Final = frozenset(
@@ -74,8 +74,15 @@ def ports_of(path: Path, description: ModelDescription) -> dict[str, Port]:
             )
         own, causality = unit_of(path, variable, units), Causality(variable.causality)
         for name in elements(variable):
-            ports[name] = Port(name, own, causality, variable.description or "")
+            change = _change(variable)
+            ports[name] = Port(name, own, causality, variable.description or "", change=change)
     return ports
+
+
+def _change(variable: ModelVariable) -> Change:
+    if python_type(variable) is not float:
+        return Change.MODE
+    return Change.SAMPLED if variable.variability == "discrete" else Change.CONTINUOUS
 
 
 def elements(variable: ModelVariable) -> list[str]:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from cosim.algorithms import Algorithm, GaussSeidel
 from cosim.connection import Connection, Wiring
+from cosim.errors import CouplingError
 from cosim.participant import Participant
 
 
@@ -29,6 +31,124 @@ class CommunicationPoint:
     outputs: Mapping[str, Mapping[str, float]]
 
 
+@dataclass(frozen=True)
+class DumpedLoop:
+    """Everything that a co-simulation needs to go on elsewhere.
+
+    Attributes
+    ----------
+    index : int
+        Of the communication point.
+    participants : mapping
+        What each one's `dump` gave, by name.
+    memory : object
+        Of the coupling algorithm: lists, dicts, text and numbers.
+    """
+
+    index: int
+    participants: Mapping[str, bytes]
+    memory: Any
+
+
+class CoSimulation:
+    """Participants in step, one communication step at a call.
+
+    Parameters
+    ----------
+    participants : sequence of Participant
+        In the order in which Gauss-Seidel steps them. The caller closes them.
+    connections : sequence of Connection
+        What feeds each input.
+    step : float
+        Communication step, s. Point i is at ``start + i * step``, so no rounding adds up.
+    start : float
+        Time of the first point, s.
+    algorithm : Algorithm, optional
+        Gauss-Seidel by default.
+
+    Raises
+    ------
+    WiringError
+        If the connections do not fit.
+    CouplingError
+        If a participant cannot do what the algorithm asks of it.
+    """
+
+    def __init__(
+        self,
+        participants: Sequence[Participant],
+        connections: Sequence[Connection],
+        *,
+        step: float,
+        start: float = 0.0,
+        algorithm: Algorithm | None = None,
+    ) -> None:
+        self._participants = participants
+        self._wiring = Wiring(participants, connections)
+        self._step, self._start = step, start
+        chosen = algorithm if algorithm is not None else GaussSeidel()
+        self._coupler = chosen.bind(participants, self._wiring)
+        self._index = 0
+
+    def begin(self) -> CommunicationPoint:
+        """Initialize everyone, and give the first point, before any step."""
+        for participant in self._participants:
+            participant.initialize(self._start)
+        for participant in self._participants:
+            participant.write(self._wiring.inputs_of(participant))
+        for participant in self._participants:
+            participant.begin()
+        return self._point()
+
+    def advance(self) -> CommunicationPoint:
+        """Carry everyone to the next point.
+
+        Raises
+        ------
+        SignalError
+            If a value that is not finite crosses a connection.
+        CouplingError
+            If the algorithm cannot take the step.
+        """
+        self._coupler.advance(self._start + self._index * self._step, self._step)
+        self._index += 1
+        return self._point()
+
+    def dump(self) -> DumpedLoop:
+        """State at this point, for a file.
+
+        Raises
+        ------
+        CouplingError
+            If a participant's state cannot be written down; see `require_dump`.
+        """
+        require_dump(self._participants)
+        states = {participant.name: participant.dump() for participant in self._participants}
+        return DumpedLoop(self._index, states, self._coupler.memory())
+
+    def load(self, dumped: DumpedLoop) -> None:
+        """Go to what `dump` gave, after `begin`. What follows repeats to the bit."""
+        for participant in self._participants:
+            participant.load(dumped.participants[participant.name])
+        self._coupler.recall(dumped.memory)
+        self._index = dumped.index
+
+    def _point(self) -> CommunicationPoint:
+        outputs = {one.name: dict(one.read()) for one in self._participants}
+        return CommunicationPoint(self._index, self._start + self._index * self._step, outputs)
+
+
+def require_dump(participants: Sequence[Participant]) -> None:
+    """Raise `CouplingError` unless the state of each participant can be written down."""
+    silent = [participant.name for participant in participants if not participant.can_dump]
+    if silent:
+        raise CouplingError(
+            f"no checkpoint can be written: {', '.join(silent)} cannot write its state down (an "
+            "FMU says so by canSerializeFMUstate). Run without checkpoints, or take another "
+            "controller"
+        )
+
+
 def cosimulate(
     participants: Sequence[Participant],
     connections: Sequence[Connection],
@@ -42,18 +162,10 @@ def cosimulate(
 
     Parameters
     ----------
-    participants : sequence of Participant
-        In the order in which Gauss-Seidel steps them. The caller closes them.
-    connections : sequence of Connection
-        What feeds each input.
-    step : float
-        Communication step, s. Point i is at ``start + i * step``, so no rounding adds up.
+    participants, connections, step, start, algorithm
+        As of `CoSimulation`.
     steps : int
         Number of steps.
-    start : float
-        Time of the first point, s.
-    algorithm : Algorithm, optional
-        Gauss-Seidel by default.
 
     Yields
     ------
@@ -62,25 +174,12 @@ def cosimulate(
 
     Raises
     ------
-    WiringError
-        If the connections do not fit.
-    SignalError
-        If a value that is not finite crosses a connection.
+    WiringError, CouplingError, SignalError
+        As `CoSimulation` does.
     """
-    algorithm = algorithm if algorithm is not None else GaussSeidel()
-    wiring = Wiring(participants, connections)
-    for participant in participants:
-        participant.initialize(start)
-    for participant in participants:
-        participant.write(wiring.inputs_of(participant))
-    for participant in participants:
-        participant.begin()
-    yield _point(participants, 0, start)
-    for index in range(1, steps + 1):
-        algorithm.advance(participants, wiring, start + (index - 1) * step, step)
-        yield _point(participants, index, start + index * step)
-
-
-def _point(participants: Sequence[Participant], index: int, time: float) -> CommunicationPoint:
-    outputs = {participant.name: dict(participant.read()) for participant in participants}
-    return CommunicationPoint(index, time, outputs)
+    simulation = CoSimulation(
+        participants, connections, step=step, start=start, algorithm=algorithm
+    )
+    yield simulation.begin()
+    for _ in range(steps):
+        yield simulation.advance()

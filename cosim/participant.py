@@ -17,6 +17,19 @@ class Causality(Enum):
     OUTPUT = "output"
 
 
+class Change(Enum):
+    """How the value of a port changes with time."""
+
+    CONTINUOUS = "continuous"
+    """All the time, so it can be interpolated."""
+
+    SAMPLED = "sampled"
+    """At instants, and it is held in between."""
+
+    MODE = "mode"
+    """As `SAMPLED`, and it counts or is true or false: a change of it is an event."""
+
+
 @dataclass(frozen=True)
 class Port:
     """One value that a participant takes or gives.
@@ -33,6 +46,8 @@ class Port:
         For people.
     optional : bool
         True for an input that has a neutral value when it is left unconnected.
+    change : Change
+        How its value changes with time.
     """
 
     name: str
@@ -40,6 +55,7 @@ class Port:
     causality: Causality
     description: str = ""
     optional: bool = False
+    change: Change = Change.CONTINUOUS
 
 
 class Participant(Protocol):

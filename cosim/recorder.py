@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from cosim.errors import WiringError, nearest
 from cosim.loop import CommunicationPoint
@@ -23,7 +24,8 @@ class Variable:
     name : str
         In the dataset.
     sources : tuple of str
-        "participant.port"; one, or three for a variable along the dimension ``axis``.
+        "participant.port"; one, or three for a variable along the dimension ``axis``, or any number
+        that are added.
     units : str or None
         In the dataset, converted from the port's; None keeps the port's own unit. A port that
         declares none is recorded as it is, with units "unknown".
@@ -31,6 +33,8 @@ class Variable:
         For axes of plots.
     attributes : mapping
         Further attributes.
+    added : bool
+        The sources are added.
     """
 
     name: str
@@ -38,6 +42,7 @@ class Variable:
     units: str | None
     long_name: str
     attributes: Mapping[str, object] = field(default_factory=dict)
+    added: bool = False
 
 
 class Recorder:
@@ -75,6 +80,14 @@ class Recorder:
         self._times.append(point.time)
         self._rows.append([point.outputs[owner][port] for owner, port in self._ends])
 
+    def kept(self) -> NDArray[np.float64]:
+        """Everything that was kept, in the ports' units: a row a point, its time first."""
+        return np.column_stack([np.array(self._times), np.array(self._rows)])
+
+    def keep(self, rows: NDArray[np.float64]) -> None:
+        """Start from what `kept` gave, in place of what is there."""
+        self._times, self._rows = rows[:, 0].tolist(), rows[:, 1:].tolist()
+
     def dataset(self) -> xr.Dataset:
         """Everything that was kept, in the units of the variables."""
         columns = iter(np.array(self._rows).reshape(-1, len(self._ends)).T)
@@ -98,8 +111,8 @@ class Recorder:
                 "long_name": variable.long_name,
                 **variable.attributes,
             }
-            if len(series) == 1:
-                data[variable.name] = (("time",), series[0], attributes)
+            if len(series) == 1 or variable.added:
+                data[variable.name] = (("time",), sum(series[1:], series[0]), attributes)
             else:
                 data[variable.name] = (("time", "axis"), np.stack(series, axis=1), attributes)
         time = ("time", np.array(self._times), {"units": "s", "long_name": "simulated time"})

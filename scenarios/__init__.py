@@ -8,14 +8,17 @@ True
 
 from scenarios.analysis import Compartment, breaths, fit_compartment
 from scenarios.catalogue import load, names
-from scenarios.errors import OutputError, RunError, ScenarioError
+from scenarios.checkpoint import Checkpoints
+from scenarios.errors import CheckpointError, OutputError, RunError, ScenarioError
 from scenarios.plots import overview
-from scenarios.runner import Progress, run
+from scenarios.runner import Progress, resume, run
 from scenarios.schema import Scenario
 from scenarios.tradeoff.grid import GridProgress, trade
 from scenarios.tradeoff.reference import reference, volume_error
 
 __all__ = [
+    "CheckpointError",
+    "Checkpoints",
     "Compartment",
     "GridProgress",
     "OutputError",
@@ -29,6 +32,7 @@ __all__ = [
     "names",
     "overview",
     "reference",
+    "resume",
     "run",
     "trade",
     "volume_error",

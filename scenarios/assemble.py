@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Final
 
-from cosim import Causality, Connection, FmuParticipant, Port, WiringError, quantity
+from cosim import (
+    Causality,
+    Connection,
+    FmuParticipant,
+    Port,
+    SoftBodyParticipant,
+    WiringError,
+    quantity,
+)
 from cosim.controllers import CONTROLLERS, controller_fmu
 from cosim.errors import nearest
 from cosim.matching import PortName, match
@@ -27,6 +35,9 @@ from softbody_core import (
     wine_glass,
 )
 
+ADDING: Final = ("volume", "bounding_box_volume", "flow")
+"""Outputs of bodies that add up to those of all together."""
+
 _SURPRISING_VOLUME: Final = 1.0
 """More than any animal's lungs, m³: a file in millimetres is read as metres too often."""
 
@@ -37,8 +48,13 @@ def build_body(scenario: Scenario) -> SoftBody:
     Raises
     ------
     ScenarioError
-        If the mesh does not fit; the message says why.
+        If the mesh does not fit, or there are several bodies; the message says why.
     """
+    if scenario.bodies:
+        raise ScenarioError(
+            f"scenario {scenario.name} has several bodies, and this takes one; each is a scenario "
+            f"of its own in Scenario.bodies: {', '.join(scenario.bodies)}"
+        )
     mesh = build_mesh(scenario.mesh, scenario.folder)
     constraints = list(scenario.constraints)
     if scenario.obstacles:
@@ -51,6 +67,14 @@ def build_body(scenario: Scenario) -> SoftBody:
         return SoftBody(model, scenario.integrator)
     except ParameterError as error:
         raise ScenarioError(str(error)) from error
+
+
+def build_participants(scenario: Scenario) -> list[SoftBodyParticipant]:
+    """Make all bodies of a scenario; a single one is named "body"."""
+    return [
+        SoftBodyParticipant(build_body(own), name, inputs=scenario.inputs)
+        for name, own in (scenario.bodies or {"body": scenario}).items()
+    ]
 
 
 def _rigid(obstacle: Obstacle, folder: Path) -> RigidBody:
@@ -116,8 +140,11 @@ def connect(
     fmu: FmuParticipant,
     body_ports: Mapping[str, Port],
     names: Mapping[str, PortName] | None = None,
+    bodies: Sequence[str] = ("body",),
 ) -> list[Connection]:
-    """Connect a controller and the body, port by port.
+    """Connect a controller and the body, port by port; or several bodies, as if they were one.
+
+    All of them take what the controller gives, and it takes the sums of what adds up.
 
     Parameters
     ----------
@@ -127,6 +154,8 @@ def connect(
         The body's.
     names : mapping, optional
         By port of the body: its name in the FMU, where that differs.
+    bodies : sequence of str
+        Names of the participants.
 
     Raises
     ------
@@ -134,12 +163,22 @@ def connect(
         If the FMU drives nothing, takes something that the body does not give, or has no port of
         a given name.
     """
+    if len(bodies) > 1:
+        body_ports = {
+            name: port
+            for name, port in body_ports.items()
+            if port.causality is Causality.INPUT or name in ADDING
+        }
+        for name in names or {}:
+            choose(name, body_ports, "controller.ports")
     matching = match(fmu.ports, body_ports, names or {})
     if matching.faults:
         raise WiringError(f"FMU {fmu.path} {matching.faults[0]}")
-    return [
-        Connection(f"{fmu.name}.{variable}", f"body.{own}")
-        if body_ports[own].causality is Causality.INPUT
-        else Connection(f"body.{own}", f"{fmu.name}.{variable}")
-        for variable, own in matching.pairs
-    ]
+    connections = []
+    for variable, own in matching.pairs:
+        ends = [f"{body}.{own}" for body in bodies]
+        if body_ports[own].causality is Causality.INPUT:
+            connections += [Connection(f"{fmu.name}.{variable}", end) for end in ends]
+        else:
+            connections.append(Connection(ends[0], f"{fmu.name}.{variable}", tuple(ends[1:])))
+    return connections

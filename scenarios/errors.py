@@ -15,6 +15,10 @@ class OutputError(SoftBodyError, OSError):
     """A result cannot be written where it should go."""
 
 
+class CheckpointError(SoftBodyError, ValueError):
+    """A checkpoint cannot be read, or does not fit what is there now."""
+
+
 class RunError(SoftBodyError, RuntimeError):
     """A run ended early; what was computed until then is in `dataset`.
 

@@ -16,6 +16,7 @@ import tomli_w
 from cosim import ALGORITHMS
 from cosim.controllers import CONTROLLERS
 from cosim.isolation import ISOLATIONS
+from scenarios.bodies import members
 from scenarios.decode import choose, decode, refuse_unknown, table
 from scenarios.errors import ScenarioError
 from scenarios.port_names import port_names
@@ -97,6 +98,21 @@ def parse(
         _put(data, path, value)
     if chosen or changes:
         text = tomli_w.dumps(data)
+    if "bodies" not in data:
+        return _scenario(name, data, text, folder)
+    bodies = {key: _member(name, own, key, folder) for key, own in members(data, _TABLES).items()}
+    return dataclasses.replace(next(iter(bodies.values())), text=text, bodies=bodies)
+
+
+def _member(name: str, data: dict[str, Any], key: str, folder: Path) -> Scenario:
+    """One of several bodies, as a scenario of its own."""
+    try:
+        return _scenario(name, data, tomli_w.dumps(data), folder)
+    except ScenarioError as error:
+        raise ScenarioError(f"bodies.{key}: {error}") from error
+
+
+def _scenario(name: str, data: dict[str, Any], text: str, folder: Path) -> Scenario:
     refuse_unknown(data, ["title", *_TABLES], "")
     for required in ("mesh", "body", "forces", "coupling", "run"):
         if required not in data:
@@ -125,12 +141,11 @@ def parse(
         controller=_controller(tables["controller"]) if "controller" in data else None,
         inputs=decode(Inputs, tables["inputs"], "inputs"),
         integrator=_integrator(tables["integrator"]),
-        coupling=decode(Coupling, tables["coupling"], "coupling"),
+        coupling=_coupling(tables["coupling"]),
         run=decode(Run, tables["run"], "run"),
         text=text,
         folder=folder,
     )
-    choose(scenario.coupling.algorithm, ALGORITHMS, "coupling.algorithm")
     if scenario.steps > _MOST_STEPS:
         raise ScenarioError(
             f"coupling.step = {scenario.coupling.step:.3g} s makes {scenario.steps:.3g} steps; "
@@ -246,6 +261,17 @@ def _integrator(data: dict[str, Any]) -> Integrator:
     options = dict(data)
     method = options.pop("method", None)
     return decode(choose(method, INTEGRATORS, "integrator.method"), options, "integrator")
+
+
+def _coupling(data: dict[str, Any]) -> Coupling:
+    """Read the step, and the algorithm with its own options."""
+    options = dict(data)
+    kind = choose(options.pop("algorithm", "gauss-seidel"), ALGORITHMS, "coupling.algorithm")
+    own = [field.name for field in dataclasses.fields(kind)]  # type: ignore[arg-type]
+    refuse_unknown(options, ["step", *own], "coupling")
+    step = {"step": options.pop("step")} if "step" in options else {}
+    coupling = decode(Coupling, step, "coupling")
+    return dataclasses.replace(coupling, algorithm=decode(kind, options, "coupling"))
 
 
 def _put(data: dict[str, Any], path: str, value: Any) -> None:

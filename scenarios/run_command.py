@@ -9,12 +9,13 @@ from cyclopts import Parameter
 from rich.console import Console
 
 from scenarios.arguments import chosen, seconds
+from scenarios.checkpoint import SUFFIX, Checkpoints
 from scenarios.errors import RunError
 from scenarios.output import check_results, save_results
 from scenarios.plots import save_overview
 from scenarios.report import progress_bar, show_breaths, show_controller, show_shape, show_warnings
 from scenarios.runner import run, with_controller
-from scenarios.tradeoff.accuracy import Pick, pick
+from scenarios.tradeoff.accuracy import pick
 from scenarios.tradeoff.report import show_pick, trial_bar
 
 
@@ -28,6 +29,7 @@ def run_(
     accuracy: float | None = None,
     output: Annotated[Path, Parameter(name=["--output", "-o"])] = Path("out.nc"),
     positions: str | None = None,
+    checkpoint: int | None = None,
     plot: bool = True,
     quiet: Annotated[bool, Parameter(negative=())] = False,
 ) -> None:
@@ -50,6 +52,9 @@ def run_(
         The netCDF4 file to write; the picture gets the same name with .png.
     positions
         Keep all point positions at this interval, such as "0.1 s".
+    checkpoint
+        Every so many communication steps, write what `softbody resume` goes on from, to a file
+        with the output's name and .checkpoint. It is removed when the run is complete.
     plot
         Draw the picture.
     quiet
@@ -61,20 +66,23 @@ def run_(
     out = Console(quiet=quiet)
     if controller is not None:
         scene = with_controller(scene, controller)
-    picked: Pick | None = None
+    attributes = {}
     if accuracy is not None:
         with trial_bar(out) as trying:
             picked = pick(scene, accuracy, progress=trying)
         scene = picked.scenario
+        attributes = {"accuracy_asked": accuracy, "error_estimate": picked.error}
         show_pick(out, picked, accuracy)
+    checkpoints: Checkpoints | None = None
+    if checkpoint is not None:
+        checkpoints = Checkpoints(output.with_suffix(SUFFIX), checkpoint, attributes)
     failure: RunError | None = None
     with progress_bar(out) as progress:
         try:
-            dataset = run(scene, positions_every=every, progress=progress)
+            dataset = run(scene, positions_every=every, checkpoints=checkpoints, progress=progress)
         except RunError as error:
             failure, dataset = error, error.dataset
-    if picked is not None:
-        dataset.attrs |= {"accuracy_asked": accuracy, "error_estimate": picked.error}
+    dataset.attrs |= attributes
     written = save_results(dataset, output, picture, save_overview)
     if scene.controller is None:
         show_shape(out, dataset)
@@ -85,3 +93,5 @@ def run_(
     out.print(written, highlight=False, soft_wrap=True)
     if failure is not None:
         raise failure
+    if checkpoints is not None:
+        checkpoints.path.unlink(missing_ok=True)

@@ -3,33 +3,28 @@
 from __future__ import annotations
 
 import dataclasses
+import hashlib
 import json
 import platform
-import time as clock
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import xarray as xr
 
-from cosim import (
-    ALGORITHMS,
-    FmuParticipant,
-    Participant,
-    Recorder,
-    SoftBodyParticipant,
-    cosimulate,
-)
+from cosim import FmuParticipant, SoftBodyParticipant
 from cosim.isolation import open_fmu
+from cosim.loop import require_dump
 from cosim.matching import with_units
-from scenarios.assemble import build_body, connect, controller_path
-from scenarios.errors import RunError, ScenarioError
+from scenarios.assemble import build_participants, controller_path
+from scenarios.checkpoint import Checkpoints, Kept, read, write
+from scenarios.errors import CheckpointError, RunError, ScenarioError
+from scenarios.parse import parse
 from scenarios.schema import Scenario
-from scenarios.snapshots import Snapshots
-from scenarios.variables import variables_of
-from softbody_core import SoftBody, SoftBodyError, Work
+from scenarios.session import Session
+from softbody_core import SoftBodyError, Work
 
 COMPLETED: Final = "completed"
 
@@ -39,6 +34,7 @@ _PACKAGES: Final = [
     "scipy",
     "fmpy",
     "trimesh",
+    "libigl",
     "xarray",
     "netCDF4",
     "pythonfmu",
@@ -65,11 +61,21 @@ class Progress:
     work: Work
 
 
+@dataclass(frozen=True)
+class _Options:
+    """What is asked of a run beside its scenario; see `run`."""
+
+    positions_every: float | None
+    checkpoints: Checkpoints | None
+    progress: Callable[[Progress], None] | None
+
+
 def run(
     scenario: Scenario,
     controller: str | Path | None = None,
     *,
     positions_every: float | None = None,
+    checkpoints: Checkpoints | None = None,
     progress: Callable[[Progress], None] | None = None,
 ) -> xr.Dataset:
     """Run a scenario and return its dataset.
@@ -82,6 +88,8 @@ def run(
         Another controller: one that ships, by name, or an FMU file.
     positions_every : float, optional
         Also keep the positions of all points each so many seconds, at communication points.
+    checkpoints : Checkpoints, optional
+        Where and how often to write what `resume` goes on from.
     progress : callable, optional
         Called at each communication point.
 
@@ -92,18 +100,59 @@ def run(
 
     Raises
     ------
-    ScenarioError, FmuError, WiringError, MeshError
+    ScenarioError, FmuError, WiringError, CouplingError, MeshError
         If the scenario cannot start.
     RunError
         If the run ended early, by divergence or a failing FMU; its ``dataset`` holds the good part.
     """
     if controller is not None:
         scenario = with_controller(scenario, controller)
-    body = build_body(scenario)
+    return _start(scenario, _Options(positions_every, checkpoints, progress))
+
+
+def resume(path: str | Path, *, progress: Callable[[Progress], None] | None = None) -> xr.Dataset:
+    """Go on with a run from its checkpoint, and return the dataset of the whole.
+
+    It is the dataset of the unbroken run to the bit, but for ``wall_time``. With other versions of
+    libraries, bits may differ from there on; they are then in the attribute ``resumed_with``.
+
+    Parameters
+    ----------
+    path : str or Path
+        Written by `run` with `checkpoints`. The run goes on to write there.
+    progress : callable, optional
+        As for `run`.
+
+    Raises
+    ------
+    CheckpointError
+        If the file cannot be read, was written by another version of this package, or the
+        controller has changed since.
+    RunError
+        As `run` does.
+    """
+    kept = read(Path(path))
+    written = kept.about["versions"]["softbody-cosim"]
+    if written != versions()["softbody-cosim"]:
+        raise CheckpointError(
+            f"checkpoint {path} was written by softbody-cosim {written}, and this is "
+            f"{versions()['softbody-cosim']}; resume it with that version"
+        )
+    scenario = parse(kept.name, kept.scenario, Path.cwd())
+    about = kept.about
+    checkpoints = Checkpoints(Path(path), about["every"], about["attributes"])
+    return _start(scenario, _Options(about["positions_every"], checkpoints, progress), kept)
+
+
+def _start(scenario: Scenario, options: _Options, kept: Kept | None = None) -> xr.Dataset:
+    """Open what the scenario needs, run it, and close it."""
+    bodies = build_participants(scenario)
     chosen = scenario.controller
     if chosen is None:
-        return _run(scenario, body, None, positions_every, progress)
+        return _run(scenario, bodies, None, options, kept)
     path = controller_path(chosen, scenario.folder)
+    if kept is not None and path.is_file():
+        _check_controller(path, kept.about["controller_sha256"])
     fmu = open_fmu(
         path,
         "controller",
@@ -114,9 +163,19 @@ def run(
     try:
         fmu.ports = with_units(fmu.ports, chosen.ports)
         fmu.check_step(scenario.coupling.step)
-        return _run(scenario, body, fmu, positions_every, progress)
+        return _run(scenario, bodies, fmu, options, kept)
     finally:
         fmu.close()
+
+
+def _check_controller(path: Path, expected: str) -> None:
+    """Raise `CheckpointError` unless an FMU is the one that a checkpoint was written with."""
+    found = hashlib.sha256(path.read_bytes()).hexdigest()
+    if found != expected:
+        raise CheckpointError(
+            f"FMU {path} is not the one that the checkpoint was written with: its hash is "
+            f"{found[:16]}…, and then it was {expected[:16]}…. Put that FMU back, or run again"
+        )
 
 
 def with_controller(scenario: Scenario, controller: str | Path) -> Scenario:
@@ -134,57 +193,56 @@ def with_controller(scenario: Scenario, controller: str | Path) -> Scenario:
 
 def _run(
     scenario: Scenario,
-    body: SoftBody,
+    bodies: Sequence[SoftBodyParticipant],
     fmu: FmuParticipant | None,
-    positions_every: float | None,
-    progress: Callable[[Progress], None] | None,
+    options: _Options,
+    kept: Kept | None,
 ) -> xr.Dataset:
-    soft_body = SoftBodyParticipant(body, inputs=scenario.inputs)
-    participants: list[Participant] = [soft_body] if fmu is None else [fmu, soft_body]
-    connections = []
-    if fmu is not None and scenario.controller is not None:
-        connections = connect(fmu, soft_body.ports, scenario.controller.ports)
-    recorder = Recorder(participants, variables_of(soft_body, fmu))
-    snapshots = Snapshots(body, scenario, positions_every)
+    checkpoints = options.checkpoints
+    session = Session(scenario, bodies, fmu, options.positions_every)
+    said = portable(scenario)
+    about: dict[str, Any] = {
+        "versions": versions() if kept is None else kept.about["versions"],
+        "controller_sha256": None if fmu is None else fmu.sha256,
+        "positions_every": options.positions_every,
+    }
+    if checkpoints is not None:
+        require_dump(session.participants)
+        about |= {"every": checkpoints.every, "attributes": dict(checkpoints.attributes)}
+    if kept is not None:
+        session.keep(kept)
     duration = scenario.steps * scenario.coupling.step
     status = COMPLETED
     failure: BaseException | None = None
-    started = clock.perf_counter()
-    reached = 0
     try:
-        for point in cosimulate(
-            participants,
-            connections,
-            step=scenario.coupling.step,
-            steps=scenario.steps,
-            algorithm=ALGORITHMS[scenario.coupling.algorithm](),
-        ):
-            if point.index == 0:
-                started = clock.perf_counter()
-            recorder.record(point)
-            snapshots.take(point.index)
-            reached += 1
-            if progress is not None:
-                elapsed = clock.perf_counter() - started
-                progress(Progress(point.time, duration, elapsed, body.work))
+        while session.reached <= scenario.steps:
+            time = session.advance()
+            steps = session.reached - 1
+            if checkpoints is not None and steps and steps % checkpoints.every == 0:
+                write(checkpoints.path, session.kept(said, about))
+            if options.progress is not None:
+                options.progress(Progress(time, duration, session.wall_time, session.work))
     except (SoftBodyError, KeyboardInterrupt) as error:
-        if reached == 0:
+        if session.reached == 0:
             raise
         failure = error
         status = "interrupted" if isinstance(error, KeyboardInterrupt) else f"failed: {error}"
-    wall_time = clock.perf_counter() - started
-    dataset = snapshots.add_to(recorder.dataset())
+    wall_time = session.wall_time
+    dataset = session.dataset()
     dataset.attrs = {
         "title": scenario.title,
-        "scenario": portable(scenario).text,
+        "scenario": said.text,
         "scenario_name": scenario.name,
-        "versions": json.dumps(versions()),
+        "versions": json.dumps(about["versions"]),
         **_controller_attributes(scenario, fmu),
         "integrator": repr(scenario.integrator),
-        **dataclasses.asdict(body.work),
+        **dataclasses.asdict(session.work),
         "wall_time": wall_time,
         "status": status,
+        **(checkpoints.attributes if checkpoints is not None else {}),
     }
+    if about["versions"] != versions():
+        dataset.attrs["resumed_with"] = json.dumps(versions())
     if failure is not None:
         reason = "interrupted" if isinstance(failure, KeyboardInterrupt) else str(failure)
         raise RunError(reason, dataset) from failure
@@ -208,8 +266,10 @@ def _controller_attributes(scenario: Scenario, fmu: FmuParticipant | None) -> di
 def portable(scenario: Scenario) -> Scenario:
     """Return the scenario with paths that hold wherever its text is saved."""
     changes = {}
-    if scenario.mesh.file is not None:
-        changes["mesh.file"] = str(scenario.folder / scenario.mesh.file)
+    owners = {f"bodies.{name}.": own for name, own in scenario.bodies.items()} or {"": scenario}
+    for where, own in owners.items():
+        if own.mesh.file is not None:
+            changes[f"{where}mesh.file"] = str(scenario.folder / own.mesh.file)
     for obstacle in scenario.obstacles:
         if obstacle.mesh.file is not None:
             path = str(scenario.folder / obstacle.mesh.file)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+from cosim.algorithms import Algorithm, GaussSeidel
 from cosim.isolation import TIME_LIMIT
 from cosim.matching import PortName
 from softbody_core import Contact, Inputs, Weights
@@ -139,10 +140,10 @@ class Controller:
 
 @dataclass(frozen=True)
 class Coupling(Parameters):
-    """Coupling algorithm and communication step, s."""
+    """Communication step, s, and coupling algorithm."""
 
     step: Annotated[float, Quantity("s", above=0)]
-    algorithm: str = "gauss-seidel"
+    algorithm: Algorithm = field(default_factory=GaussSeidel)
 
 
 @dataclass(frozen=True)
@@ -162,7 +163,9 @@ class Scenario:
     name, title : str
         Short and long.
     mesh, body, weights, forces, constraints, integrator
-        The body.
+        The body; where there are several, the first one.
+    bodies : mapping
+        Where there are several: each as a scenario of its own, by name.
     obstacles, contact
         Rigid bodies around it, and how it touches them.
     controller, inputs, coupling, run
@@ -190,6 +193,7 @@ class Scenario:
     run: Run
     text: str
     folder: Path
+    bodies: Mapping[str, Scenario] = field(default_factory=dict)
 
     def changed(self, changes: Mapping[str, Any]) -> Scenario:
         """Return this scenario with values replaced, by dotted path."""

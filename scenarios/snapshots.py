@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 import xarray as xr
 
@@ -21,10 +23,15 @@ class Snapshots:
         For the communication step.
     every : float or None
         Interval, s; None keeps nothing.
+    prefix : str
+        What the names of its variables begin with.
     """
 
-    def __init__(self, body: SoftBody, scenario: Scenario, every: float | None) -> None:
+    def __init__(
+        self, body: SoftBody, scenario: Scenario, every: float | None, prefix: str = ""
+    ) -> None:
         self._body = body
+        self._prefix = prefix
         self._stride = 0
         if every is not None:
             strides = every / scenario.coupling.step
@@ -48,16 +55,35 @@ class Snapshots:
             if surfaces:
                 self._obstacles.append(np.concatenate(surfaces))
 
+    def kept(self) -> dict[str, np.ndarray]:
+        """Everything that was kept, as arrays that are not empty."""
+        lists = {
+            "snapshot_times": self._times,
+            "positions": self._positions,
+            "obstacles": self._obstacles,
+        }
+        return {self._prefix + name: np.array(values) for name, values in lists.items() if values}
+
+    def keep(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Start from what `kept` gave, in place of what is there."""
+        self._times = list(arrays.get(f"{self._prefix}snapshot_times", ()))
+        self._positions = list(arrays.get(f"{self._prefix}positions", ()))
+        self._obstacles = list(arrays.get(f"{self._prefix}obstacles", ()))
+
     def add_to(self, dataset: xr.Dataset) -> xr.Dataset:
         """Add what was kept to a dataset."""
         if not self._stride:
             return dataset
+        own = self._prefix
         said = {"units": "m", "long_name": "point position"}
         time = {"units": "s", "long_name": "time of the snapshot"}
         corners = {"units": "1", "long_name": "point indices of the triangles, outward"}
+        positions, triangles = np.stack(self._positions), self._body.model.mesh.triangles
         dataset = dataset.assign(
-            position=(("snapshot", "point", "axis"), np.stack(self._positions), said),
-            triangles=(("triangle", "corner"), self._body.model.mesh.triangles, corners),
+            {
+                f"{own}position": (("snapshot", f"{own}point", "axis"), positions, said),
+                f"{own}triangles": ((f"{own}triangle", "corner"), triangles, corners),
+            }
         ).assign_coords(snapshot_time=("snapshot", np.array(self._times), time))
         return dataset.assign(self._surfaces()) if self._obstacles else dataset
 

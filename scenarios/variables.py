@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Final
 
 from cosim import Causality, Participant, Port, SoftBodyParticipant, Variable
+from scenarios.assemble import ADDING
 
 _BODY: Final = [
     Variable("volume", ("body.volume",), "L", "enclosed volume"),
@@ -45,8 +47,52 @@ _CONTROLLER: Final[dict[str, tuple[str | None, str, Mapping[str, object]]]] = {
 }
 
 
-def variables_of(body: SoftBodyParticipant, controller: Participant | None) -> list[Variable]:
-    """Variables of a run: the body's, those of the controller that have a name here, its others."""
+def variables_of(
+    bodies: Sequence[SoftBodyParticipant], controller: Participant | None
+) -> list[Variable]:
+    """Variables of a run: the body's, those of the controller that have a name here, its others.
+
+    With several bodies, what adds up is there under its own name, and each body's variables begin
+    with its name: `left_volume`, `right_volume`, and `volume` for both.
+    """
+    variables = _of_body(bodies[0]) if len(bodies) == 1 else _of_bodies(bodies)
+    if controller is None:
+        return variables
+    return [
+        *variables,
+        *(
+            _controller_variable(controller.name, port)
+            for port in controller.ports.values()
+            if port.causality is Causality.OUTPUT
+        ),
+    ]
+
+
+def _of_bodies(bodies: Sequence[SoftBodyParticipant]) -> list[Variable]:
+    together = [
+        replace(
+            variable,
+            sources=tuple(f"{body.name}.{variable.name}" for body in bodies),
+            long_name=f"{variable.long_name}, all bodies",
+            added=True,
+        )
+        for variable in _BODY
+        if variable.name in ADDING
+    ]
+    each = [
+        replace(
+            variable,
+            name=f"{body.name}_{variable.name}",
+            sources=tuple(source.replace("body", body.name, 1) for source in variable.sources),
+            long_name=f"{variable.long_name}, {body.name}",
+        )
+        for body in bodies
+        for variable in _BODY
+    ]
+    return [*together, *each]
+
+
+def _of_body(body: SoftBodyParticipant) -> list[Variable]:
     variables = [*_BODY]
     if "clearance" in body.ports:
         said = body.ports["clearance"].description
@@ -60,16 +106,7 @@ def variables_of(body: SoftBodyParticipant, controller: Participant | None) -> l
         )
         for name in body.moving
     ]
-    if controller is None:
-        return variables
-    return [
-        *variables,
-        *(
-            _controller_variable(controller.name, port)
-            for port in controller.ports.values()
-            if port.causality is Causality.OUTPUT
-        ),
-    ]
+    return variables
 
 
 def _controller_variable(owner: str, port: Port) -> Variable:

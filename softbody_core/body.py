@@ -90,14 +90,16 @@ class SoftBody:
             raise ParameterError(f"dt = {dt} s: expected a positive number")
         inputs = Inputs(delta_p=delta_p, n=n)
         self._check_new_state()
-        if self.model.has_relations:
-            self._take_weights(self.model.related(self.observe()))
+        model, stepper = self.model, self._stepper
+        if model.has_relations:
+            self._take_weights(model.related(self.observe()))
         memory, work = self._stepper.memory(), self.work
         try:
             state = self._stepper.advance(self.state, inputs, dt)
         except Exception:
             self._stepper.recall(memory)
             self._stepper.work.reset_to(work)
+            self.model, self._stepper = model, stepper
             raise
         seen = self._look_at(state, inputs)
         self.state, self._inputs = state, inputs

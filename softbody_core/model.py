@@ -40,7 +40,7 @@ class SoftBodyModel:
     weights : Weights
         α, β, γ, δ.
     constraints : sequence of Constraint
-        What holds points, relates weights, or restrains the motion; restraints act in this order.
+        What holds points, relates weights, or restrains the motion, in this order; contact is last.
 
     Raises
     ------
@@ -72,7 +72,9 @@ class SoftBodyModel:
             held |= constraint.held(mesh)
         self.inverse_masses: Floats = np.where(held, 0.0, 1 / self.masses)
         bound = [one.bind(mesh, self.masses, self.inverse_masses) for one in constraints]
-        self.restraints: list[Restraint] = [one for one in bound if one is not None]
+        self.restraints: list[Restraint] = sorted(
+            (one for one in bound if one is not None), key=lambda one: one.last
+        )
         self._laws = tuple(forces)
         self._bind_laws({})
 

@@ -10,10 +10,11 @@ import pytest
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", ROOT / "docs" / "contact.md"]
 """Those whose blocks stand alone: others read the file of a long run, or take minutes."""
+FENCED = re.compile(r"```python\n(.*?)```", re.DOTALL)
 BLOCKS = [
     pytest.param(code, id=f"{page.name}-{number}")
     for page in PAGES
-    for number, code in enumerate(re.findall(r"```python\n(.*?)```", page.read_text("utf-8"), re.S))
+    for number, code in enumerate(FENCED.findall(page.read_text("utf-8")))
 ]
 
 

@@ -71,6 +71,8 @@ class PaperController(Fmi2Slave):
             },
             causality=Fmi2Causality.input,
         )
+        discrete = Fmi2Variability.discrete
+        output, local = Fmi2Causality.output, Fmi2Causality.local
         self._register(
             Real,
             {
@@ -79,10 +81,9 @@ class PaperController(Fmi2Slave):
                 "respiratory_pressure": "P of the sigmoid",
                 "target_volume": "f(P), the volume that the controller aims at",
             },
-            causality=Fmi2Causality.output,
+            causality=output,
+            variability=discrete,
         )
-        discrete = Fmi2Variability.discrete
-        output, local = Fmi2Causality.output, Fmi2Causality.local
         self._register(
             Integer, {"phase": "1 inhaling, 0 exhaling"}, causality=output, variability=discrete
         )

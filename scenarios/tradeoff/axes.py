@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from cosim import ALGORITHMS, UnitError, quantity
+from cosim.algorithms.signals import DEGREES
 from scenarios.decode import choose
 from scenarios.errors import ScenarioError
 from scenarios.schema import Scenario
@@ -49,7 +50,11 @@ def _with_communication_step(scenario: Scenario, step: float) -> Scenario:
 
 
 def _with_algorithm(scenario: Scenario, algorithm: str) -> Scenario:
-    return scenario.changed({"coupling.algorithm": algorithm})
+    """Change the algorithm; the options in the scenario stay with the one that they are for."""
+    if isinstance(scenario.coupling.algorithm, choose(algorithm, ALGORITHMS, "algorithm")):
+        return scenario
+    step = f"{scenario.coupling.step!r} s"
+    return scenario.changed({"coupling": {"algorithm": algorithm, "step": step}})
 
 
 AXES: Final[dict[str, Axis]] = {
@@ -62,6 +67,13 @@ AXES: Final[dict[str, Axis]] = {
         _with_communication_step,
     ),
     "algorithm": Axis("1", "coupling algorithm", lambda _: list(ALGORITHMS), str, _with_algorithm),
+    "extrapolation": Axis(
+        "1",
+        "polynomial by which inputs go on over a communication step",
+        lambda _: list(DEGREES),
+        str,
+        lambda scenario, name: scenario.changed({"coupling.extrapolation": name}),
+    ),
     "integrator": Axis("1", "scheme", lambda _: list(INTEGRATORS), str, with_integrator),
     "dt": Axis(
         "1",
@@ -132,6 +144,7 @@ def finest(values: Mapping[str, Sequence[Value]]) -> dict[str, Value]:
         "points": max,
         "communication_step": min,
         "algorithm": lambda _: "gauss-seidel",
+        "extrapolation": lambda names: max(names, key=DEGREES.__getitem__),
     }
     return {name: best[name](values[name]) for name in values if name in best}
 

@@ -39,7 +39,8 @@ def trade_(
     scenario
         A name from `softbody list`, or a TOML file.
     axis
-        What to vary, with commas: integrator, dt, tolerance, points, communication_step, algorithm.
+        What to vary, with commas: integrator, dt, tolerance, points, communication_step, algorithm,
+        extrapolation.
         Values of your own go behind it: --axis integrator=sdirk2:rk4,dt=1:0.5
     controller
         Another controller: a name from `softbody controller list`, or an FMU file.

@@ -24,7 +24,7 @@ def sizes(scenario: Scenario) -> Sequence[int]:
     ScenarioError
         If it comes in one size only.
     """
-    mesh = scenario.mesh
+    mesh = _mesh(scenario)
     return _SPHERE_SIZES if mesh.lung is None and mesh.file is None else sorted(_lungs(mesh))
 
 
@@ -36,7 +36,7 @@ def with_points(scenario: Scenario, points: int) -> Scenario:
     ScenarioError
         If the mesh does not come in that size.
     """
-    mesh = scenario.mesh
+    mesh = _mesh(scenario)
     if mesh.ball is not None:
         return scenario.changed({"mesh.ball": points})
     key = "icosphere" if mesh.icosphere is not None else "lung"
@@ -46,6 +46,16 @@ def with_points(scenario: Scenario, points: int) -> Scenario:
             f"points = {points}: expected one of {', '.join(map(str, sorted(known)))}"
         )
     return scenario.changed({f"mesh.{key}": known[points]})
+
+
+def _mesh(scenario: Scenario) -> Mesh:
+    """The mesh of the one body."""
+    if scenario.bodies:
+        raise ScenarioError(
+            f"axis points varies one mesh, and this scenario has {len(scenario.bodies)} bodies: "
+            f"{', '.join(scenario.bodies)}"
+        )
+    return scenario.mesh
 
 
 def _lungs(mesh: Mesh) -> dict[int, str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,6 +62,9 @@ class Constraint:
 
 class Restraint(ABC):
     """Corrects the motion of one body. Caches aside, what it remembers counts as state."""
+
+    last: ClassVar[bool] = False
+    """Whether it comes after all others, because what they do must not undo it."""
 
     def start(self, state: State) -> State:
         """Return the state at time 0, with what the restraint adds to it."""

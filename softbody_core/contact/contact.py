@@ -64,15 +64,18 @@ class Contact(Parameters, Constraint):
 class BoundContact(Restraint):
     """The obstacles around one body."""
 
+    last = True
+
     def __init__(
         self, law: Contact, mesh: SurfaceMesh, masses: Floats, free: NDArray[np.bool_]
     ) -> None:
         self._law = law
         self._points = np.flatnonzero(free)
+        self._all_free = bool(free.all())
         self._masses = masses[self._points]
         thickness = law.thickness
         self._thickness = 0.1 * float(mesh.edge_lengths.mean()) if thickness is None else thickness
-        self._walls = [ClosestPoint(body.points, body.mesh.triangles) for body in law.bodies]
+        self._walls = [ClosestPoint(_shape(body), body.mesh.triangles) for body in law.bodies]
         self._sweeps = [Sweep(wall, self._thickness) for wall in self._walls]
 
     def start(self, state: State) -> State:
@@ -90,7 +93,7 @@ class BoundContact(Restraint):
     def _refuse(self, state: State, least: float) -> None:
         """Raise for points inside an obstacle, or nearer than `least` to it, m."""
         for body, there, wall in zip(self._law.bodies, state.obstacles, self._walls, strict=True):
-            seen = _from(there, state.positions[:, self._points])
+            seen = _from(body, there, self._touchable(state))
             near = wall.distance_to_box(seen) <= least
             if not near.any():
                 continue
@@ -111,11 +114,12 @@ class BoundContact(Restraint):
         longest = self._law.max_step
         if dt <= longest:
             return dt
-        for sweep, there in zip(self._sweeps, state.obstacles, strict=True):
-            arms = state.positions[:, self._points] - there.position[:, None]
+        for body, sweep, there in zip(self._law.bodies, self._sweeps, state.obstacles, strict=True):
+            places = self._touchable(state)
+            arms = places - there.position[:, None]
             wall = there.velocity[:, None] + np.cross(there.angular_velocity, arms, axisb=0).T
             way = dt * float(norms(state.velocities[:, self._points] - wall).max(initial=0.0))
-            if sweep.clearance(there.rotation.T @ arms) <= 2 * way + self._thickness:
+            if sweep.clearance(_from(body, there, places)) <= 2 * way + self._thickness:
                 return longest
         return dt
 
@@ -125,13 +129,16 @@ class BoundContact(Restraint):
             body.advance(there, h)
             for body, there in zip(self._law.bodies, before.obstacles, strict=True)
         ]
-        seen = before.positions[:, self._points]
-        starts = [_from(there, seen) for there in before.obstacles]
+        bodies, seen = self._law.bodies, self._touchable(before)
+        starts = [
+            _from(body, there, seen) for body, there in zip(bodies, before.obstacles, strict=True)
+        ]
         for _ in range(_MOST_ROUNDS):
             stopped = 0
             for index in range(len(obstacles)):
                 here, sweep = obstacles[index], self._sweeps[index]
-                reached = sweep(starts[index], _from(here, after.positions[:, self._points]))
+                goals = _from(bodies[index], here, self._touchable(after))
+                reached = sweep(starts[index], goals)
                 starts[index] = reached.positions
                 if reached.stopped.size:
                     after, obstacles[index], starts[index] = self._strike(
@@ -159,7 +166,7 @@ class BoundContact(Restraint):
             self._masses[reached.stopped],
             velocities[:, points],
             here.rotation @ reached.normals,
-            here.rotation @ reached.positions[:, reached.stopped],
+            _to(body, here, reached.positions[:, reached.stopped]) - here.position[:, None],
             self._law.friction,
         )
         struck = here
@@ -169,14 +176,20 @@ class BoundContact(Restraint):
             motion = np.concatenate([here.velocity, here.angular_velocity])
             velocities[:, points], grip = strike_fixed(touching, motion)
         seen = self._sweeps[index].draw_back(reached, grip)
-        positions[:, points] = _to(here, seen[:, reached.stopped])
+        positions[:, points] = _to(body, here, seen[:, reached.stopped])
         return replace(after, positions=positions, velocities=velocities), struck, seen
 
     def clearance(self, state: State) -> float:
         return min(
-            sweep.clearance(_from(there, state.positions[:, self._points]))
-            for sweep, there in zip(self._sweeps, state.obstacles, strict=True)
+            sweep.clearance(_from(body, there, self._touchable(state)))
+            for body, sweep, there in zip(
+                self._law.bodies, self._sweeps, state.obstacles, strict=True
+            )
         )
+
+    def _touchable(self, state: State) -> Floats:
+        """Positions of the points that are not held, m, shape (3, k)."""
+        return state.positions if self._all_free else state.positions[:, self._points]
 
     def memory(self) -> object:
         return tuple(sweep.look for sweep in self._sweeps)
@@ -187,11 +200,18 @@ class BoundContact(Restraint):
             sweep.look = look
 
 
-def _from(there: RigidState, positions: Floats) -> Floats:
-    """Positions in the world seen from a rigid body, m, shape (3, k)."""
+def _shape(body: RigidBody) -> Floats:
+    """Points of a surface as positions are seen from it, m, shape (m, 3)."""
+    return body.points if body.moves else body.mesh.points
+
+
+def _from(body: RigidBody, there: RigidState, positions: Floats) -> Floats:
+    """Positions in the world seen from a rigid body, m, shape (3, k); the same if it is fixed."""
+    if not body.moves:
+        return positions
     return there.rotation.T @ (positions - there.position[:, None])
 
 
-def _to(there: RigidState, seen: Floats) -> Floats:
+def _to(body: RigidBody, there: RigidState, seen: Floats) -> Floats:
     """Positions in the world of what is seen from a rigid body, m, shape (3, k)."""
-    return there.rotation @ seen + there.position[:, None]
+    return there.rotation @ seen + there.position[:, None] if body.moves else seen

@@ -90,9 +90,13 @@ class Sweep:
         self._thickness = thickness
         self.look: Look | None = None
         """What was seen so far. It decides results in the last digits, so it is state."""
+        self._passed: tuple[Floats | None, float] = None, np.inf
 
     def clearance(self, positions: Floats) -> float:
         """Lower bound of the smallest distance between points and wall, m."""
+        goal, clearance = self._passed
+        if goal is positions:  # all points got there without meeting anything, as most times
+            return clearance
         look = self._known(positions)
         return float(np.min(look.distance - norms(positions - look.place), initial=np.inf))
 
@@ -105,9 +109,10 @@ class Sweep:
             Ends of the ways, m.
         """
         look = self._known(start)
-        way = norms(goal - look.place)
-        near = np.flatnonzero(~(way < look.distance - _MARGIN * self._thickness))
+        left = look.distance - norms(goal - look.place)
+        near = np.flatnonzero(~(left > _MARGIN * self._thickness))
         if near.size == 0:
+            self._passed = goal, float(left.min(initial=np.inf))
             return Reached(goal, near, np.empty((3, 0)), np.empty((3, 0)))
         positions = goal.copy()
         reached = self._follow(near, start[:, near], goal[:, near])

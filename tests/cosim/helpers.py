@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import subprocess
 import sys
@@ -11,14 +12,45 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
 
-from cosim import Causality, Connection, FmuParticipant, Port, cosimulate, unit
+from cosim import Causality, Change, Connection, FmuParticipant, Port, cosimulate, unit
 
 
-def port(name: str, symbol: str | None, causality: Causality, *, optional: bool = False) -> Port:
-    return Port(name, None if symbol is None else unit(symbol), causality, optional=optional)
+def port(
+    name: str,
+    symbol: str | None,
+    causality: Causality,
+    *,
+    optional: bool = False,
+    change: Change = Change.CONTINUOUS,
+) -> Port:
+    own = None if symbol is None else unit(symbol)
+    return Port(name, own, causality, optional=optional, change=change)
 
 
-class Relaxation:
+class Saves:
+    """What it knows of itself, saved and restored; numbers go to bytes, too."""
+
+    can_save = True
+    can_dump = True
+
+    def save(self) -> object:
+        return dict(vars(self))
+
+    def restore(self, saved: Any) -> None:
+        vars(self).update(saved)
+
+    def release(self, saved: Any) -> None:
+        """Nothing to give back."""
+
+    def dump(self) -> bytes:
+        numbers = {k: v for k, v in vars(self).items() if isinstance(v, float)}
+        return json.dumps(numbers).encode()
+
+    def load(self, data: bytes) -> None:
+        vars(self).update(json.loads(data))
+
+
+class Relaxation(Saves):
     """x' = rate x + gain u, solved exactly over a step with u held."""
 
     def __init__(self, name: str, rate: float, gain: float, x: float, symbol: str = "1") -> None:
@@ -53,7 +85,7 @@ class Relaxation:
         """Nothing to give back."""
 
 
-class Source:
+class Source(Saves):
     """Gives one value, whatever the time."""
 
     def __init__(self, value: float, symbol: str | None = "1", name: str = "source") -> None:
@@ -96,7 +128,7 @@ class Sink(Source):
         return {}
 
 
-class Lung:
+class Lung(Saves):
     """One compartment: V relaxes to C p with the time constant R C, solved exactly."""
 
     def __init__(self, resistance: float, compliance: float) -> None:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
 
 import scenarios
-from cosim import Participant, Variable
-from scenarios import Scenario, run_command, runner
+from cosim import Variable
+from scenarios import Scenario, assemble, run_command, session
 from scenarios.snapshots import Snapshots
 from scenarios.variables import variables_of
 from softbody_core import SoftBody, SurfaceSPH
@@ -40,7 +41,7 @@ def test_positions_are_kept_on_request_alone(
         made.append(Snapshots(*arguments))
         return made[-1]
 
-    monkeypatch.setattr(runner, "Snapshots", make)
+    monkeypatch.setattr(session, "Snapshots", make)
     dataset = scenarios.run(small)
     assert (looks, made[0]._positions, made[0]._times) == ([], [], [])
     assert {"position", "triangles"}.isdisjoint(dataset.data_vars)
@@ -55,11 +56,11 @@ def test_a_dataset_holds_what_is_recorded_and_nothing_else(
 ) -> None:
     wanted = ["flow", "volume"]
 
-    def few(controller: Participant) -> list[Variable]:
-        return [variable for variable in variables_of(controller) if variable.name in wanted]
+    def few(*participants: Any) -> list[Variable]:
+        return [variable for variable in variables_of(*participants) if variable.name in wanted]
 
     assert len(scenarios.run(small).data_vars) > len(wanted)
-    monkeypatch.setattr(runner, "variables_of", few)
+    monkeypatch.setattr(session, "variables_of", few)
     assert sorted(scenarios.run(small).data_vars) == wanted
 
 
@@ -104,15 +105,16 @@ def test_a_command_makes_what_it_is_asked_for(
 ) -> None:
     """No trials without --accuracy, no picture with --no-plot, one body, no positions."""
     bodies: list[Scenario] = []
+    original = assemble.build_body
 
     def build_body(scenario: Scenario) -> SoftBody:
         bodies.append(scenario)
-        return scenarios.assemble.build_body(scenario)
+        return original(scenario)
 
     def unasked(*_: object, **__: object) -> None:
         pytest.fail("nobody asked for this")
 
-    monkeypatch.setattr(runner, "build_body", build_body)
+    monkeypatch.setattr(assemble, "build_body", build_body)
     monkeypatch.setattr(run_command, "pick", unasked)
     monkeypatch.setattr(run_command, "save_overview", unasked)
     changes = [part for path, value in SMALL.items() for part in ("--set", f"{path}={value}")]

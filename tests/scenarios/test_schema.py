@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import scenarios
+from cosim import ALGORITHMS, Jacobi
 from scenarios import Scenario, ScenarioError
 from scenarios.parse import parse
 from softbody_core import MassSpring, SurfaceSPH, VelocityVerlet
@@ -32,7 +33,8 @@ CHANGES = st.fixed_dictionaries(
         "controller.use": st.sampled_from(["paper", "pressure-control", "/a b/x.fmu"]),
         "controller.paper.frames": st.integers(2, 200),
         "integrator.tolerance": st.floats(min_value=1e-9, max_value=1.0),
-        "coupling.algorithm": st.sampled_from(["jacobi", "gauss-seidel"]),
+        "coupling.algorithm": st.sampled_from(list(ALGORITHMS)),
+        "coupling.extrapolation": st.sampled_from(["constant", "quadratic"]),
         "run.cycles": st.integers(1, 50),
     },
 )
@@ -75,7 +77,7 @@ def test_changes_arrive_where_they_belong() -> None:
     assert (lung.title, lung.weights.alpha, lung.run.cycles) == ("Small", 0.25, 2)
     assert springs.stiffness == 100.0
     assert lung.controller.parameters["frames"] == 60
-    assert lung.coupling.algorithm == "jacobi"
+    assert lung.coupling.algorithm == Jacobi()
     assert lung.constraints[0].indices == (0,)
     assert lung.steps == 240
 
@@ -144,6 +146,12 @@ def test_further_changes_come_after_those_of_a_variant() -> None:
         ({"integrator.safety": 0.5}, ["integrator.safety is unknown", "tolerance"]),
         ({"coupling.algorithm": "jacoby"}, ["coupling.algorithm = 'jacoby'", "'jacobi'"]),
         ({"coupling.algorithm": 3}, ["coupling.algorithm = 3"]),
+        ({"coupling.tolerance": 1e-3}, ["coupling.tolerance is unknown", "extrapolation"]),
+        (
+            {"coupling.algorithm": "iterated", "coupling.tolerance": 0},
+            ["coupling.tolerance = 0", "more than 0"],
+        ),
+        ({"coupling.extrapolation": "cubic"}, ["coupling.extrapolation = 'cubic'"]),
         ({"mesh.lung": "lung-right-770"}, ["mesh: expected exactly one", "got lung, icosphere"]),
         ({"mesh.file": "a.obj"}, ["mesh: expected exactly one", "got file, icosphere"]),
         ({"forces.alpha": 0}, ["forces.alpha = 0", "more than 0"]),
@@ -171,7 +179,17 @@ def test_a_bad_value_is_named_by_its_path(changes: dict[str, Any], fragments: li
         assert fragment in str(caught.value)
 
 
-@pytest.mark.parametrize("name", ["mesh", "body", "forces", "controller", "coupling", "run"])
+def test_a_scene_has_a_controller_or_inputs_that_are_held() -> None:
+    data = _data()
+    with pytest.raises(ScenarioError, match="got both"):
+        _parsed({**data, "inputs": {"n": 100}})
+    del data["controller"]
+    with pytest.raises(ScenarioError, match="got neither"):
+        _parsed(data)
+    assert _parsed({**data, "inputs": {"n": 100}}).inputs.n == 100
+
+
+@pytest.mark.parametrize("name", ["mesh", "body", "forces", "coupling", "run"])
 def test_a_missing_table_is_named(name: str) -> None:
     data = _data()
     del data[name]

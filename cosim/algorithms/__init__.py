@@ -1,0 +1,32 @@
+"""Coupling algorithms: who steps when, and with which inputs.
+
+A new algorithm is one file here and one line in `ALGORITHMS`.
+"""
+
+from typing import Final
+
+from cosim.algorithms.adaptive import Adaptive
+from cosim.algorithms.algorithm import Algorithm, Coupler
+from cosim.algorithms.event_locating import EventLocating
+from cosim.algorithms.gauss_seidel import GaussSeidel
+from cosim.algorithms.iterated import Iterated
+from cosim.algorithms.jacobi import Jacobi
+
+ALGORITHMS: Final[dict[str, type[Algorithm]]] = {
+    "gauss-seidel": GaussSeidel,
+    "jacobi": Jacobi,
+    "iterated": Iterated,
+    "adaptive": Adaptive,
+    "event-locating": EventLocating,
+}
+
+__all__ = [
+    "ALGORITHMS",
+    "Adaptive",
+    "Algorithm",
+    "Coupler",
+    "EventLocating",
+    "GaussSeidel",
+    "Iterated",
+    "Jacobi",
+]
