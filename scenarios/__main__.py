@@ -11,8 +11,10 @@ from rich.console import Console
 from scenarios.catalogue import load, names
 from scenarios.controller_command import controller_app
 from scenarios.errors import RunError
+from scenarios.export.command import export_app
 from scenarios.extremes.command import extremes_
 from scenarios.reproduce.command import reproduce_
+from scenarios.resume_command import resume_
 from scenarios.run_command import run_
 from scenarios.tradeoff.command import trade_
 from softbody_core import SoftBodyError
@@ -28,9 +30,11 @@ app = App(
 )
 app.command(controller_app)
 app.command(run_, name="run")
+app.command(resume_, name="resume")
 app.command(trade_, name="trade")
 app.command(extremes_, name="extremes")
 app.command(reproduce_, name="reproduce")
+app.command(export_app)
 
 
 @app.command(name="list")

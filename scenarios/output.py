@@ -21,7 +21,7 @@ def check_writable(path: Path, suffix: str) -> None:
     """
     if path.is_dir():
         raise OutputError(
-            f"output {path} is a folder; name a file in it, such as {path / 'out.nc'}"
+            f"output {path} is a folder; name a file in it, such as {path / f'out{suffix}'}"
         )
     if path.suffix != suffix:
         raise OutputError(f"output {path}: expected a name that ends in {suffix}")

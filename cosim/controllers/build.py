@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import hashlib
 import importlib
+import inspect
 import shutil
 import sys
 import tempfile
-import uuid
 import zipfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 from xml.etree import ElementTree as ET
@@ -25,19 +26,47 @@ from fmpy.validation import validate_fmu
 from pythonfmu import FmuBuilder
 
 from cosim import units as unit_module
+from cosim.controllers import completion
 from cosim.errors import ControllerError
-from cosim.units import SI_BASE, Unit, UnitError, unit
 
 _EPOCH: Final = (1980, 1, 1, 0, 0, 0)
 
 
-def build(source: Path, destination: Path) -> Path:
-    """Build an FMI 2.0 co-simulation FMU from a pythonfmu script.
+@dataclass(frozen=True)
+class Standard:
+    """How FMUs of one version of FMI are made.
 
-    The class in the script may carry three more attributes: ``units`` (variable → unit),
-    ``bounds`` (variable → (min, max)) and ``complete_state`` (True if all its state is
-    in registered variables, so that the FMU may promise to save and restore it). Its outputs are
-    taken to change in ``do_step`` only.
+    Attributes
+    ----------
+    builder : type
+        Packs a script, as ``pythonfmu.FmuBuilder`` does.
+    version : str
+        Of the package that it comes from.
+    base : type
+        What the class in the script derives from.
+    complete : callable
+        Completes a model description, for a class with a hash of its content.
+    """
+
+    builder: Any
+    version: str
+    base: type
+    complete: Callable[[ET.Element, type, str], None]
+
+
+def build(
+    source: Path,
+    destination: Path,
+    resources: Sequence[Path] = (),
+    standard: Standard | None = None,
+) -> Path:
+    """Build a co-simulation FMU from a pythonfmu script.
+
+    The class in the script may carry more attributes: ``units`` (variable → unit), ``bounds``
+    (variable → (min, max)), ``complete_state`` (True if all its state is in registered variables,
+    or it saves the rest itself, so that the FMU may promise to save and restore it) and
+    ``needs_installation`` (True if it runs only where more than Python is installed). Its outputs
+    are taken to change in ``do_step`` only.
 
     Parameters
     ----------
@@ -45,6 +74,10 @@ def build(source: Path, destination: Path) -> Path:
         A Python file with one subclass of ``pythonfmu.Fmi2Slave``.
     destination : Path
         The FMU to write.
+    resources : sequence of Path
+        Files that the script finds beside itself, of different names.
+    standard : Standard, optional
+        FMI 2.0 by default.
 
     Returns
     -------
@@ -58,20 +91,26 @@ def build(source: Path, destination: Path) -> Path:
     """
     if not source.is_file():
         raise ControllerError(f"controller source {source} does not exist; check the path")
-    stem = f"{source.stem}_{content_hash(source)[:16]}"
+    standard = standard if standard is not None else FMI2
+    content = content_hash(source, resources, standard)
+    stem = f"{source.stem}_{content[:16]}"
     with tempfile.TemporaryDirectory(prefix="softbody-build-") as name:
         script = Path(name) / f"{stem}.py"
         shutil.copyfile(source, script)
+        beside = [Path(shutil.copy(path, name)) for path in resources]
         with _clean_imports(stem):
+            sys.path.insert(0, name)
             try:
-                packed = FmuBuilder.build_FMU(script, dest=Path(name) / "fmu")
-                slave = _slave_class(importlib.import_module(stem))
+                packed = standard.builder.build_FMU(
+                    script, dest=Path(name) / "fmu", project_files=beside
+                )
+                slave = _slave_class(importlib.import_module(stem), standard.base)
             except Exception as error:  # whatever the script raises
                 raise ControllerError(
                     f"controller source {source} cannot be built: {type(error).__name__}: {error}"
                 ) from error
         finished = Path(name) / "finished.fmu"
-        _finish(Path(packed), finished, slave, content_hash(source))
+        _finish(Path(packed), finished, slave, content, standard)
         problems = validate_fmu(str(finished))
         if problems:
             raise ControllerError(
@@ -83,11 +122,15 @@ def build(source: Path, destination: Path) -> Path:
     return destination
 
 
-def content_hash(source: Path) -> str:
+def content_hash(
+    source: Path, resources: Sequence[Path] = (), standard: Standard | None = None
+) -> str:
     """Hash of everything that decides what `build` writes."""
+    standard = standard if standard is not None else FMI2
     digest = hashlib.sha256()
-    makers = (source, Path(__file__), Path(unit_module.__file__))
-    for part in (*(path.read_bytes() for path in makers), pythonfmu.__version__.encode()):
+    writers = (build, completion, standard.complete, unit_module)
+    makers = (source, *resources, *(Path(inspect.getfile(writer)) for writer in writers))
+    for part in (*(path.read_bytes() for path in makers), standard.version.encode()):
         digest.update(hashlib.sha256(part).digest())
     return digest.hexdigest()
 
@@ -103,103 +146,40 @@ def _clean_imports(stem: str) -> Iterator[None]:
         sys.modules.pop(stem, None)
 
 
-def _slave_class(module: Any) -> type:
+def _slave_class(module: Any, base: type) -> type:
     classes = [
         item
         for item in vars(module).values()
-        if isinstance(item, type)
-        and issubclass(item, pythonfmu.Fmi2Slave)
-        and item.__module__ == module.__name__
+        if isinstance(item, type) and issubclass(item, base) and item.__module__ == module.__name__
     ]
     return max(classes, key=lambda item: len(item.__mro__))
 
 
-def _finish(packed: Path, finished: Path, slave: type, content: str) -> None:
+def _finish(packed: Path, finished: Path, slave: type, content: str, standard: Standard) -> None:
     """Copy an FMU with its model description completed, in a fixed order and with a fixed date."""
-    with zipfile.ZipFile(packed) as old, zipfile.ZipFile(finished, "w") as new:
-        for name in sorted(old.namelist()):
-            data = old.read(name)
-            if name == "modelDescription.xml":
-                root = ET.fromstring(data)
-                _complete(root, slave, content)
-                ET.indent(root)
-                data = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
+    with zipfile.ZipFile(packed) as old:
+        files = {name: old.read(name) for name in old.namelist()}
+    root = ET.fromstring(files["modelDescription.xml"])
+    root.attrib.pop("generationDateAndTime", None)
+    standard.complete(root, slave, content)
+    files["modelDescription.xml"] = xml_bytes(root)
+    write_archive(finished, files)
+
+
+def write_archive(path: Path, files: Mapping[str, bytes]) -> None:
+    """Write a zip file that depends on nothing but its content, by name."""
+    with zipfile.ZipFile(path, "w") as archive:
+        for name in sorted(files):
             info = zipfile.ZipInfo(name, _EPOCH)
             info.compress_type = zipfile.ZIP_DEFLATED
-            new.writestr(info, data)
+            archive.writestr(info, files[name])
 
 
-def _complete(root: ET.Element, slave: type, content: str) -> None:
-    root.set("guid", f"{{{uuid.UUID(content[:32])}}}")
-    root.attrib.pop("generationDateAndTime", None)
-    type_node = _child(root, "CoSimulation")
-    type_node.set("needsExecutionTool", "false")
-    keeps_state = str(bool(getattr(slave, "complete_state", False))).lower()
-    type_node.set("canGetAndSetFMUstate", keeps_state)
-    type_node.set("canSerializeFMUstate", keeps_state)
-    variables = {str(v.get("name")): v for v in _child(root, "ModelVariables")}
-    units: Mapping[str, str] = getattr(slave, "units", {})
-    bounds: Mapping[str, tuple[float | None, float | None]] = getattr(slave, "bounds", {})
-    for name in [*units, *bounds]:
-        if name not in variables:
-            raise ControllerError(
-                f"{slave.__name__} gives a unit or bounds for {name!r}, which is no variable of it"
-            )
-    for name, symbol in units.items():
-        variables[name][0].set("unit", symbol)
-    for name, pair in bounds.items():
-        for attribute, bound in zip(("min", "max"), pair, strict=True):
-            if bound is not None:
-                variables[name][0].set(attribute, repr(bound))
-    if units:
-        definitions = ET.Element("UnitDefinitions")
-        try:
-            definitions.extend([_unit_element(unit(s)) for s in sorted(set(units.values()))])
-        except UnitError as error:
-            raise ControllerError(f"{slave.__name__}: {error}") from error
-        root.insert(list(root).index(type_node) + 1, definitions)
-    _complete_structure(root, variables)
+def xml_bytes(root: ET.Element) -> bytes:
+    """XML as the text of a file."""
+    ET.indent(root)
+    text: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
+    return text
 
 
-def _complete_structure(root: ET.Element, variables: Mapping[str, ET.Element]) -> None:
-    """Outputs that no input reaches directly, and initial values that follow from parameters."""
-    parameters = []
-    unknowns = []
-    for index, variable in enumerate(variables.values(), start=1):
-        causality = variable.get("causality")
-        if causality == "parameter":
-            parameters.append(str(index))
-        if causality in ("output", "local"):
-            variable.set("initial", "calculated" if causality == "output" else "exact")
-            if causality == "output":
-                variable[0].attrib.pop("start", None)
-                unknowns.append(str(index))
-            elif "start" not in variable[0].attrib:
-                variable[0].set("start", "0")
-    structure = _child(root, "ModelStructure")
-    for output in structure.iter("Unknown"):
-        output.set("dependencies", "")
-    initial = ET.SubElement(structure, "InitialUnknowns")
-    for index_text in unknowns:
-        ET.SubElement(
-            initial, "Unknown", {"index": index_text, "dependencies": " ".join(parameters)}
-        )
-
-
-def _unit_element(definition: Unit) -> ET.Element:
-    element = ET.Element("Unit", {"name": definition.symbol})
-    powers = dict(definition.dimension)
-    base = {si: str(powers[name]) for si, name in SI_BASE.items() if name in powers}
-    if definition.factor != 1.0:
-        base["factor"] = repr(definition.factor)
-    if definition.offset != 0.0:
-        base["offset"] = repr(definition.offset)
-    ET.SubElement(element, "BaseUnit", base)
-    return element
-
-
-def _child(root: ET.Element, tag: str) -> ET.Element:
-    child = root.find(tag)
-    if child is None:
-        raise ControllerError(f"the built FMU has no {tag}; is pythonfmu as expected?")
-    return child
+FMI2: Final = Standard(FmuBuilder, pythonfmu.__version__, pythonfmu.Fmi2Slave, completion.complete)

@@ -1,0 +1,80 @@
+"""The numbers of a scenario that an exported body lets its host change."""
+
+from __future__ import annotations
+
+import inspect
+import math
+import re
+import sys
+from dataclasses import is_dataclass
+from typing import Any, Final
+
+from cosim.export import Variable
+from scenarios.schema import Scenario
+from softbody_core import CONSTRAINTS, FORCES, INTEGRATORS, Weights
+from softbody_core.parameters import Quantity, quantities_of
+from softbody_core.weights import Control
+
+_LEAST: Final = sys.float_info.min
+"""Stands for "more than 0": the bounds of FMI are bounds that a value may reach."""
+
+
+def exported_parameters(scenario: Scenario) -> list[Variable]:
+    """Every single number with a unit that decides how the scenario's body moves.
+
+    Each bears the path by which ``--set`` changes it, such as ``forces.mass_spring.stiffness``.
+    """
+    return [
+        _variable(f"{path}.{name}", getattr(owner, name), quantity, _said(type(owner), name))
+        for path, owner in _tables(scenario).items()
+        for name, quantity in quantities_of(type(owner)).items()
+        if isinstance(getattr(owner, name), float | int)
+    ]
+
+
+def integrator_name(scenario: Scenario) -> str:
+    """Name of the scenario's integrator."""
+    return _key(INTEGRATORS, scenario.integrator)
+
+
+def _tables(scenario: Scenario) -> dict[str, Any]:
+    """Parameter objects of the body, by the path of their table."""
+    constraints = [one for one in scenario.constraints if type(one) in CONSTRAINTS.values()]
+    return {
+        "mesh": scenario.mesh,
+        "body": scenario.body,
+        "forces": scenario.weights,
+        **{f"forces.{_key(FORCES, force)}": force for force in scenario.forces},
+        **{f"constraints.{_key(CONSTRAINTS, one)}": one for one in constraints},
+        **{f"obstacles.{one.name}": one for one in scenario.obstacles},
+        **({"contact": scenario.contact} if scenario.obstacles else {}),
+        "integrator": scenario.integrator,
+    }
+
+
+def _key(table: dict[str, Any], owner: object) -> str:
+    return next(key for key, kind in table.items() if kind is type(owner))
+
+
+def _variable(path: str, value: float | int, quantity: Quantity, said: str) -> Variable:
+    lowest, highest = quantity.at_least, None
+    if quantity.above is not None:
+        lowest = _LEAST if quantity.above == 0 else math.nextafter(quantity.above, math.inf)
+    if quantity.below is not None:
+        highest = math.nextafter(quantity.below, -math.inf)
+    if isinstance(value, int):
+        lowest = None if lowest is None else math.ceil(lowest)
+        return Variable(path, "parameter", said, None, value, lowest, highest)
+    unit = quantity.unit.replace("^", "")
+    return Variable(path, "parameter", said, unit, value, lowest, highest)
+
+
+def _said(owner: type[Any], name: str) -> str:
+    """First sentence of what the class, or one that it derives from, says of a field."""
+    if owner is Weights:
+        return f"weight of {Control(name).name.lower()} control"
+    texts = [inspect.getdoc(kind) or "" for kind in owner.__mro__ if is_dataclass(kind)]
+    entry = rf"^{name} : .*\n((?:    .*\n?)+)"
+    found = (re.search(entry, text, re.MULTILINE) for text in texts)
+    said = next((match[1] for match in found if match is not None), texts[0].partition("\n\n")[0])
+    return re.split(r"\.(?: |$)", " ".join(said.split()))[0]
