@@ -17,7 +17,7 @@ from measure import calibrating_seconds, table
 
 from cosim import FmuParticipant
 from cosim.controllers import controller_fmu
-from cosim.isolation import ISOLATIONS
+from cosim.fmu.isolation import ISOLATIONS
 
 ROUNDS, STEPS, FRAME = 10, 500, 1 / 30
 

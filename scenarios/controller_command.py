@@ -17,7 +17,7 @@ from cosim.controllers import (
     controller_source,
     new_source,
 )
-from cosim.fmu_check import Check, PortUse, check_fmu
+from cosim.fmu.check import Check, PortUse, check_fmu
 from cosim.soft_body import body_ports
 from scenarios.catalogue import load
 from scenarios.errors import OutputError

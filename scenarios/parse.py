@@ -15,7 +15,7 @@ import tomli_w
 
 from cosim import ALGORITHMS
 from cosim.controllers import CONTROLLERS
-from cosim.isolation import ISOLATIONS
+from cosim.fmu.isolation import ISOLATIONS
 from scenarios.bodies import members
 from scenarios.decode import choose, decode, refuse_unknown, table
 from scenarios.errors import ScenarioError

@@ -15,7 +15,7 @@ from typing import Any, Final
 import xarray as xr
 
 from cosim import FmuParticipant, SoftBodyParticipant
-from cosim.isolation import open_fmu
+from cosim.fmu.isolation import open_fmu
 from cosim.loop import require_dump
 from cosim.matching import with_units
 from scenarios.assemble import build_participants, controller_path

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from cosim.algorithms import Algorithm, GaussSeidel
-from cosim.isolation import TIME_LIMIT
+from cosim.fmu.isolation import TIME_LIMIT
 from cosim.matching import PortName
 from softbody_core import Contact, Inputs, Weights
 from softbody_core.constraints import Constraint

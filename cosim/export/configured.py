@@ -10,7 +10,7 @@ from typing import Final
 
 from cosim.controllers import build
 from cosim.errors import ControllerError
-from cosim.fmu_parameters import Value
+from cosim.fmu.parameters import Value
 
 _CLASS: Final = re.compile(r"^class (\w+)\(Fmi2Slave\):", re.MULTILINE)
 

@@ -13,8 +13,8 @@ import fmpy
 from cosim.connection import Connection
 from cosim.controllers.build import write_archive, xml_bytes
 from cosim.controllers.completion import base_unit
-from cosim.fmu_description import python_type
-from cosim.fmu_parameters import Assignment, Value, checked_parameters
+from cosim.fmu.description import python_type
+from cosim.fmu.parameters import Assignment, Value, checked_parameters
 from cosim.participant import Causality, Port
 from cosim.units import Unit
 

@@ -19,7 +19,7 @@ from cosim import (
 from cosim.connection import Wiring
 from cosim.controllers import CONTROLLERS, controller_source
 from cosim.export import Component, bound_parameters, build_configured, platforms_of, write_ssp
-from cosim.fmu_parameters import Assignment
+from cosim.fmu.parameters import Assignment
 from cosim.matching import with_units
 from scenarios.assemble import build_body, connect, controller_path
 from scenarios.errors import ScenarioError

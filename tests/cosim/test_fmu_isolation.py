@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from cosim import FmuCrashError, FmuError, FmuParticipant, FmuStepError, FmuTimeoutError
-from cosim.isolation import IsolatedFmu
+from cosim.fmu.isolation import IsolatedFmu
 from tests.cosim.foreign import STATES
 
 Foreign = Callable[..., Path]
@@ -163,7 +163,7 @@ def test_a_second_run_needs_a_new_participant(foreign: Foreign, start: Start) ->
 
 OPEN_AND_HANG = """
 import sys
-from cosim.isolation import IsolatedFmu
+from cosim.fmu.isolation import IsolatedFmu
 
 fmu = IsolatedFmu(sys.argv[1], time_limit=600)
 fmu.initialize(0.0)

@@ -7,8 +7,8 @@ from functools import partial
 
 from fmpy.model_description import ModelVariable
 
-from cosim.fmu_calls import Calls
-from cosim.fmu_description import elements, python_type
+from cosim.fmu.calls import Calls
+from cosim.fmu.description import elements, python_type
 
 
 class FmuVariables:

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 from fmpy.model_description import ModelVariable
 
-from cosim.fmu_log import FmuLog
+from cosim.fmu.log import FmuLog
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,8 @@ from xml.etree import ElementTree as ET
 from fmpy.model_description import ModelDescription
 
 from cosim.errors import FmuEndedError, FmuError, FmuStepError
-from cosim.fmu_calls import Calls, ShortStep
-from cosim.fmu_guard import Guard
+from cosim.fmu.calls import Calls, ShortStep
+from cosim.fmu.guard import Guard
 
 _SAME_TIME: Final = 1e-9
 """Part of a step that rounding may leave of it."""

@@ -8,9 +8,9 @@ from typing import Any, Final
 
 from fmpy import fmi1, fmi2, fmi3
 
-from cosim.fmu_calls import Calls, ShortStep
-from cosim.fmu_log import FmuLog
-from cosim.fmu_logger import callbacks1, callbacks2
+from cosim.fmu.calls import Calls, ShortStep
+from cosim.fmu.log import FmuLog
+from cosim.fmu.logger import callbacks1, callbacks2
 
 _DISCARD: Final = 2
 

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from cosim.errors import FmuError
-from cosim.fmu_findings import Finding, told
-from cosim.isolation import TIME_LIMIT, IsolatedFmu
+from cosim.fmu.findings import Finding, told
+from cosim.fmu.isolation import TIME_LIMIT, IsolatedFmu
 
 STEPS: Final = 30
 

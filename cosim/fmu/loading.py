@@ -6,13 +6,13 @@ from collections.abc import Sequence
 
 from fmpy.model_description import ModelDescription
 
-from cosim.fmu_calls import Calls
-from cosim.fmu_folder import FmuFolder
-from cosim.fmu_guard import Guard
-from cosim.fmu_log import FmuLog
-from cosim.fmu_logger import unique_name
-from cosim.fmu_parameters import Assignment
-from cosim.fmu_versions import VERSIONS
+from cosim.fmu.calls import Calls
+from cosim.fmu.folder import FmuFolder
+from cosim.fmu.guard import Guard
+from cosim.fmu.log import FmuLog
+from cosim.fmu.logger import unique_name
+from cosim.fmu.parameters import Assignment
+from cosim.fmu.versions import VERSIONS
 
 
 class LoadingError(RuntimeError):

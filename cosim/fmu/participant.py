@@ -10,15 +10,15 @@ from typing import Any
 import pythonfmu  # noqa: F401 - Python FMUs find this one, and not the copy in a folder that goes
 
 from cosim.errors import FmuError
-from cosim.fmu_description import elements, ports_of, read_description
-from cosim.fmu_folder import FmuFolder
-from cosim.fmu_guard import Guard
-from cosim.fmu_loading import assign, load
-from cosim.fmu_log import ERROR, FATAL, FmuLog
-from cosim.fmu_parameters import Value, checked_parameters, start_values
-from cosim.fmu_state import SavedFmu, from_bytes, to_bytes
-from cosim.fmu_steps import advance, fixed_step
-from cosim.fmu_variables import FmuVariables, by_type
+from cosim.fmu.description import elements, ports_of, read_description
+from cosim.fmu.folder import FmuFolder
+from cosim.fmu.guard import Guard
+from cosim.fmu.loading import assign, load
+from cosim.fmu.log import ERROR, FATAL, FmuLog
+from cosim.fmu.parameters import Value, checked_parameters, start_values
+from cosim.fmu.state import SavedFmu, from_bytes, to_bytes
+from cosim.fmu.steps import advance, fixed_step
+from cosim.fmu.variables import FmuVariables, by_type
 from cosim.participant import Causality, Port
 
 

@@ -19,8 +19,8 @@ import fmpy
 from fmpy.model_description import ModelDescription, ModelVariable
 
 from cosim.errors import FmuError, FmuStepError
-from cosim.fmu_description import NUMBERS, declared_units, ports_of
-from cosim.fmu_steps import fixed_step
+from cosim.fmu.description import NUMBERS, declared_units, ports_of
+from cosim.fmu.steps import fixed_step
 from cosim.participant import Port
 
 FRAME: Final = 1 / 30

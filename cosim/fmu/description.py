@@ -12,7 +12,7 @@ import numpy as np
 from fmpy.model_description import ModelDescription, ModelVariable
 
 from cosim.errors import FmuError
-from cosim.fmu_folder import FmuFolder
+from cosim.fmu.folder import FmuFolder
 from cosim.participant import Causality, Change, Port
 from cosim.units import SI_BASE, Unit, UnitError, unit
 

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any, Final
 
 from cosim.errors import FmuCrashError, FmuError, FmuTimeoutError
-from cosim.fmu import FmuParticipant
-from cosim.fmu_parameters import Value
-from cosim.fmu_process import FmuProcess, ProcessEnded, Request
+from cosim.fmu.parameters import Value
+from cosim.fmu.participant import FmuParticipant
+from cosim.fmu.process import FmuProcess, ProcessEnded, Request
 
 TIME_LIMIT: Final = 10.0
 """For one call, s."""

@@ -9,7 +9,7 @@ from typing import Any
 from fmpy.fmi1 import FMICallException
 
 from cosim.errors import FmuError
-from cosim.fmu_log import STATUS, FmuLog
+from cosim.fmu.log import STATUS, FmuLog
 
 
 class Guard:

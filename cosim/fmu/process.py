@@ -15,7 +15,7 @@ from pathlib import Path
 from time import monotonic
 from typing import IO, Any, Final, NamedTuple, cast
 
-from cosim.fmu_log import FmuLog
+from cosim.fmu.log import FmuLog
 
 _GLANCE: Final = 0.05
 """How often the watch looks at the clock, s."""
@@ -65,7 +65,7 @@ class ProcessEnded(Exception):
 
 
 class FmuProcess:
-    """Asks ``cosim.fmu_worker`` in a process of its own, one request at a time.
+    """Asks ``cosim.fmu.worker`` in a process of its own, one request at a time.
 
     The process has its own session, so that Ctrl-C reaches only this one, and it leaves when this
     one is gone, however that came.
@@ -83,7 +83,7 @@ class FmuProcess:
         temporary = dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(folder))
         path = os.pathsep.join(entry or str(Path.cwd()) for entry in sys.path)
         self._process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "cosim.fmu_worker", str(os.getpid())],
+            [sys.executable, "-P", "-m", "cosim.fmu.worker", str(os.getpid())],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             env={**os.environ, **temporary, "PYTHONPATH": path},

@@ -9,8 +9,8 @@ import threading
 from time import sleep
 from typing import Any, Final
 
-from cosim.fmu import FmuParticipant
-from cosim.fmu_process import Logged, Reply, Request
+from cosim.fmu.participant import FmuParticipant
+from cosim.fmu.process import Logged, Reply, Request
 
 _GLANCE: Final = 1.0
 """How often to look whether the parent is still there, s."""

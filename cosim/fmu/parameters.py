@@ -11,7 +11,7 @@ from typing import Any
 from fmpy.model_description import ModelDescription, ModelVariable
 
 from cosim.errors import FmuError, nearest
-from cosim.fmu_description import declared_units, elements, python_type, resize, unit_of
+from cosim.fmu.description import declared_units, elements, python_type, resize, unit_of
 from cosim.units import Unit, UnitError, quantity
 
 Value = float | int | bool | str

@@ -12,11 +12,11 @@ from fmpy.model_description import ModelDescription
 from fmpy.validation import validate_fmu
 
 from cosim.errors import FmuError
-from cosim.fmu_description import read_description
-from cosim.fmu_findings import FINDERS, FRAME, Finding, Subject, numeric_ports, told
-from cosim.fmu_folder import FmuFolder
-from cosim.fmu_steps import fixed_step
-from cosim.fmu_trial import try_fmu
+from cosim.fmu.description import read_description
+from cosim.fmu.findings import FINDERS, FRAME, Finding, Subject, numeric_ports, told
+from cosim.fmu.folder import FmuFolder
+from cosim.fmu.steps import fixed_step
+from cosim.fmu.trial import try_fmu
 from cosim.matching import PortName, match, with_units
 from cosim.participant import Causality, Port
 from cosim.units import UnitError

@@ -16,7 +16,7 @@ import fmpy
 from fmpy import fmi1, fmi2
 from fmpy.logging import addLoggerProxy
 
-from cosim.fmu_log import FmuLog
+from cosim.fmu.log import FmuLog
 
 _LOGS: Final[WeakValueDictionary[bytes, FmuLog]] = WeakValueDictionary()
 
