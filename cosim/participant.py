@@ -82,6 +82,9 @@ class Participant(Protocol):
         Whether `save`, `restore` and `release` work.
     can_dump : bool
         Whether `dump` and `load` do. Never without `can_save`.
+    varies_step : bool
+        Whether it takes steps of any length. If not, parts of a communication step are not asked
+        of it.
     """
 
     name: str
@@ -92,6 +95,9 @@ class Participant(Protocol):
 
     @property
     def can_dump(self) -> bool: ...
+
+    @property
+    def varies_step(self) -> bool: ...
 
     def initialize(self, time: float) -> None:
         """Get ready to start at `time`, s."""

@@ -70,6 +70,7 @@ class SoftBodyParticipant:
 
     can_save = True
     can_dump = True
+    varies_step = True
 
     def __init__(self, body: SoftBody, name: str = "body", inputs: Inputs | None = None) -> None:
         self.name = name

@@ -102,10 +102,14 @@ def _value(value: Any, hint: Any, expected: Quantity | None, path: str) -> Any:
 
 def _vector(value: Any, hint: Any, expected: Quantity, path: str) -> tuple[Any, ...]:
     kinds = get_args(hint)
-    if not isinstance(value, list) or len(value) != len(kinds):
+    several = kinds[-1] is Ellipsis
+    if not isinstance(value, list) or not (several or len(value) == len(kinds)):
+        count = "" if several else f" of {len(kinds)}"
         raise ScenarioError(
-            f'{path} = {value!r}: expected a list of {len(kinds)}, each like "1 {expected.unit}"'
+            f'{path} = {value!r}: expected a list{count}, each like "1 {expected.unit}"'
         )
+    if several:
+        kinds = kinds[:1] * len(value)
     return tuple(
         _value(part, kind, expected, f"{path}[{index}]")
         for index, (part, kind) in enumerate(zip(value, kinds, strict=True))

@@ -44,12 +44,13 @@ def save(dataset: xr.Dataset, path: Path) -> None:
     OutputError
         If the file cannot be written.
     """
-    encoding = {"position": _COMPRESSED} if "position" in dataset else {}
+    large = [name for name, variable in dataset.items() if "snapshot" in variable.dims]
+    encoding = dict.fromkeys(large, _COMPRESSED)
     partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
     try:
         dataset.to_netcdf(partial, engine="netcdf4", format="NETCDF4", encoding=encoding)
         partial.replace(path)
-    except OSError as error:
+    except (OSError, ValueError) as error:  # ValueError: a name or a value that no file takes
         partial.unlink(missing_ok=True)
         raise OutputError(f"output {path} cannot be written: {error}") from error
 

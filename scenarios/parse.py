@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import math
+import re
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
@@ -16,6 +17,7 @@ import tomli_w
 from cosim import ALGORITHMS
 from cosim.controllers import CONTROLLERS
 from cosim.fmu.isolation import ISOLATIONS
+from cosim.soft_body import body_ports
 from scenarios.bodies import members
 from scenarios.decode import choose, decode, refuse_unknown, table
 from scenarios.errors import ScenarioError
@@ -59,6 +61,8 @@ _TABLES: Final = [
 
 _ISOLATION: Final = [field.name for field in dataclasses.fields(Isolation)]
 """Keys of the controller's table that say where it runs; a table of that name has parameters."""
+
+_OBSTACLE: Final = re.compile(r"[a-z][a-z0-9_]*")
 
 _MOST_STEPS: Final = 10_000_000
 
@@ -133,8 +137,9 @@ def _scenario(name: str, data: dict[str, Any], text: str, folder: Path) -> Scena
         weights=weights,
         forces=forces,
         constraints=tuple(
-            decode(CONSTRAINTS[key], value, f"constraints.{key}")
+            decode(CONSTRAINTS[key], one, f"constraints.{key}")
             for key, value in tables["constraints"].items()
+            for one in (value if isinstance(value, list) else [value])
         ),
         obstacles=tuple(_obstacle(key, value) for key, value in tables["obstacles"].items()),
         contact=_contact(tables["contact"]),
@@ -191,6 +196,11 @@ def _mesh(data: dict[str, Any], path: str) -> Mesh:
 def _obstacle(name: str, data: object) -> Obstacle:
     path = f"obstacles.{name}"
     values = table(data, path)
+    if not _OBSTACLE.fullmatch(name) or f"{name}_x" in body_ports():
+        raise ScenarioError(
+            f"{path}: expected a name of small letters, digits and underscores that is none of "
+            "the body's own variables: those of the obstacle begin with it"
+        )
     if "mesh" not in values:
         raise ScenarioError(f"{path}.mesh is missing; expected a table like [mesh]")
     if "name" in values:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -34,6 +34,13 @@ _BODY: Final = [
     Variable("flow", ("body.flow",), "L/s", "flow into the body"),
 ]
 
+_RESERVED: Final = (
+    *("time", "axis", "snapshot", "snapshot_time", "position", "triangles", "point", "triangle"),
+    *("corner", "clearance", "obstacle_points", "obstacle_triangles", "obstacle_point"),
+    "obstacle_triangle",
+)
+"""Names of coordinates, and of what snapshots add."""
+
 _CONTROLLER: Final[dict[str, tuple[str | None, str, Mapping[str, object]]]] = {
     "delta_p": ("cmH2O", "pressure difference across the wall from the controller", {}),
     "n": ("1", "number proportional to the molecules inside", {}),
@@ -58,14 +65,13 @@ def variables_of(
     variables = _of_body(bodies[0]) if len(bodies) == 1 else _of_bodies(bodies)
     if controller is None:
         return variables
-    return [
-        *variables,
-        *(
-            _controller_variable(controller.name, port)
-            for port in controller.ports.values()
-            if port.causality is Causality.OUTPUT
-        ),
-    ]
+    taken = {*_RESERVED, *(variable.name for variable in variables)}
+    taken |= {f"{body.name}_{name}" for body in bodies for name in _RESERVED}
+    for port in controller.ports.values():
+        if port.causality is Causality.OUTPUT:
+            variables.append(_controller_variable(controller.name, port, taken))
+            taken.add(variables[-1].name)
+    return variables
 
 
 def _of_bodies(bodies: Sequence[SoftBodyParticipant]) -> list[Variable]:
@@ -109,11 +115,13 @@ def _of_body(body: SoftBodyParticipant) -> list[Variable]:
     return variables
 
 
-def _controller_variable(owner: str, port: Port) -> Variable:
+def _controller_variable(owner: str, port: Port, taken: Collection[str]) -> Variable:
+    """Variable of a controller's output; a name that is taken is changed."""
     source = (f"{owner}.{port.name}",)
-    if port.name in _CONTROLLER:
+    if port.name in _CONTROLLER and port.name not in taken:
         units, long_name, attributes = _CONTROLLER[port.name]
         return Variable(port.name, source, units, long_name, attributes)
-    taken = {variable.name for variable in _BODY}
-    name = f"controller_{port.name}" if port.name in taken else port.name
+    name = port.name.replace("/", "_")
+    while name in taken:
+        name = f"controller_{name}"
     return Variable(name, source, None, port.description or port.name)

@@ -67,6 +67,10 @@ class SoftBodyModel:
         self.weights = self._given_weights
         self.masses: Floats = mass * mesh.point_areas / mesh.area
         self._constraints = tuple(constraints)
+        if sum(bool(one.obstacles) for one in constraints) > 1:
+            raise ParameterError(
+                "two constraints bring obstacles; put all rigid bodies into one Contact"
+            )
         held = np.zeros(mesh.n_points, dtype=np.bool_)
         for constraint in constraints:
             held |= constraint.held(mesh)

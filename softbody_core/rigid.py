@@ -71,7 +71,8 @@ class RigidBody(Parameters):
             "force": self.force,
         }
         for name, vector in vectors.items():
-            if np.shape(vector) != (3,) or not np.isfinite(vector).all():
+            numbers = all(isinstance(part, int | float | np.number) for part in np.ravel(vector))
+            if np.shape(vector) != (3,) or not numbers or not np.isfinite(vector).all():
                 raise ParameterError(f"{self.name}.{name} = {vector}: expected three numbers")
         if self.motion not in ("fixed", "driven", "free"):
             raise ParameterError(

@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from cosim.algorithms.algorithm import Coupler
+from cosim.algorithms.division import require_variable_steps
 from cosim.algorithms.inner import Method, inner
 from cosim.algorithms.rollback import Rollback, require_rollback
 from cosim.algorithms.scale import Floats, Scale
@@ -54,6 +55,9 @@ class Adaptive(Parameters):
     def bind(self, participants: Sequence[Participant], wiring: Wiring) -> Coupler:
         """Get ready to carry these participants."""
         require_rollback(participants, "adaptive")
+        require_variable_steps(
+            participants, "coupling.algorithm adaptive", "gauss-seidel, jacobi or iterated"
+        )
         return _StepDoubling(self, participants, wiring)
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any
 
 from cosim.algorithms.algorithm import Coupler
+from cosim.algorithms.division import require_variable_steps
 from cosim.algorithms.inner import Method, inner
 from cosim.algorithms.rollback import Rollback, require_rollback
 from cosim.algorithms.signals import Extrapolation
@@ -56,6 +57,9 @@ class EventLocating(Parameters):
     def bind(self, participants: Sequence[Participant], wiring: Wiring) -> Coupler:
         """Get ready to carry these participants."""
         require_rollback(participants, "event-locating")
+        require_variable_steps(
+            participants, "coupling.algorithm event-locating", "gauss-seidel, jacobi or iterated"
+        )
         return _Bisection(self, participants, wiring)
 
 

@@ -16,6 +16,7 @@ from typing import Any, Final, Literal
 
 import numpy as np
 
+from cosim.algorithms.division import require_variable_steps
 from cosim.connection import Term, Wiring
 from cosim.participant import Participant
 
@@ -38,6 +39,11 @@ class Signals:
         Where they go.
     extrapolation : str
         Key of `DEGREES`: polynomial by which continuous outputs go on. Others are held.
+
+    Raises
+    ------
+    CouplingError
+        If the polynomial asks for two half steps of someone whose step is fixed.
     """
 
     def __init__(
@@ -48,6 +54,11 @@ class Signals:
         self._degree = DEGREES[extrapolation]
         self._any_continuous = any(
             term.continuous for one in participants for term in wiring.terms_of(one)
+        )
+        require_variable_steps(
+            (one for one in participants if self._is_halved(one)),
+            f'coupling.extrapolation "{extrapolation}"',
+            '"constant" or "linear"',
         )
         self._step = 0.0
         self._points: list[tuple[float, Outputs]] = []
@@ -92,12 +103,14 @@ class Signals:
         guessed : mapping, optional
             Ends of further outputs, for those that are continuous.
         """
-        curved = self._degree > 1 and any(
-            term.continuous for term in self._wiring.terms_of(participant)
-        )
-        parts = 2 if curved else 1
+        parts = 2 if self._is_halved(participant) else 1
         values = [partial(self._value, ends, guessed or {}, parts, part) for part in range(parts)]
         return [self._wiring.inputs_of(participant, value) for value in values]
+
+    def _is_halved(self, participant: Participant) -> bool:
+        return self._degree > 1 and any(
+            term.continuous for term in self._wiring.terms_of(participant)
+        )
 
     def _value(self, ends: Outputs, guessed: Outputs, parts: int, part: int, term: Term) -> float:
         name, output = term.source.name, term.output

@@ -11,8 +11,8 @@ from cosim.export.interface import Interface, Number, Variable
 from cosim.participant import Participant
 from cosim.units import unit
 
-State = tuple[dict[str, Number], bool, Any]
-"""Values of inputs and parameters, whether initialization is over, the participant's own state."""
+State = tuple[dict[str, Number], bool, dict[str, Number], Any]
+"""Inputs and parameters, whether initialization is over, what came late, the participant's state."""
 
 Conversions = dict[str, tuple[float, float]]
 """Factor and offset by port."""
@@ -49,7 +49,7 @@ class Hosted:
         self._open = open_participant
         self._values = {v.name: v.start for v in interface.variables if v.start is not None}
         self._begun = False
-        self._late = ""  # what was set too late
+        self._late: dict[str, Number] = {}  # parameters that were set too late
         self._participant: Participant | None = None
         self._inputs: Conversions = {}  # into the units of its ports
         self._outputs: Conversions = {}  # and out of them
@@ -74,10 +74,12 @@ class Hosted:
         ------
         SoftBodyError
             If the step fails. The participant then stands where it stood. A parameter that came too
-            late fails all steps: refused at once, by an exception, it would crash some hosts.
+            late fails all steps until it is set back or a state from before is restored: refused at
+            once, by an exception, it would crash some hosts.
         """
         if self._late:
-            raise FmuError(f"{self._late} came too late; set it before initialization ends")
+            late = ", ".join(f"{name} = {value}" for name, value in self._late.items())
+            raise FmuError(f"{late} came too late; set it before initialization ends")
         participant = self._opened()
         participant.write(
             {
@@ -106,9 +108,10 @@ class Hosted:
 
         def take_parameter(value: Number) -> None:
             if value == self._values[name]:
+                self._late.pop(name, None)
                 return
             if self._begun:
-                self._late = f"{name} = {value}"
+                self._late[name] = value
                 return
             self._values[name] = value
             self._participant = None  # it was made with the value before
@@ -120,15 +123,15 @@ class Hosted:
     def save(self) -> State:
         """All that decides what comes next."""
         saved = None if self._participant is None else self._participant.save()
-        return dict(self._values), self._begun, saved
+        return dict(self._values), self._begun, dict(self._late), saved
 
     def restore(self, state: State) -> None:
         """Go back to what `save` gave, here or in a twin."""
-        values, begun, saved = state
+        values, begun, late, saved = state
         parameters = [v.name for v in self._interface.variables if v.causality == "parameter"]
         if saved is None or any(values[name] != self._values[name] for name in parameters):
             self._participant = None
-        self._values, self._begun = dict(values), begun
+        self._values, self._begun, self._late = dict(values), begun, dict(late)
         if saved is not None:
             self._opened().restore(saved)
 

@@ -91,6 +91,11 @@ class FmuParticipant:
         """Whether it says that its state can be written down, too."""
         return self.can_save and bool(self._description.coSimulation.canSerializeFMUstate)
 
+    @property
+    def varies_step(self) -> bool:
+        """Whether it says that it takes steps of any length."""
+        return self._fixed is None
+
     def check_step(self, step: float) -> None:
         """Refuse a communication step, s, that the FMU does not take.
 

@@ -57,7 +57,7 @@ def reproduce_(
             scenes.get(name, tell)
         missing = _write(targets, scenes, tell)
     known = {**scenes.datasets, **_from_before(scenes)}
-    verdicts = judge(known)
+    verdicts = judge(known, scenes.failures)
     path = output / "statements.md"
     _written(path, lambda: path.write_text(markdown(verdicts), encoding="utf-8"))
     show(out, verdicts)

@@ -163,9 +163,10 @@ def _bumps(datasets: Datasets) -> Finding:
         for scene, value in zip(BETA.values(), bumps, strict=True)
     )
     rising = [increasing(breath) for breath in zip(*bumps, strict=True)]
+    smallest = float(np.diff(bumps, axis=0).min())
     return Finding(
         f"{said} mean edges above rest at the end of the last breath; strictly rising in "
-        f"{sum(rising)} of {len(rising)} breaths",
+        f"{sum(rising)} of {len(rising)} breaths, the smallest rise is {smallest:.4f}",
         all(rising),
     )
 

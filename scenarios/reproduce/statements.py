@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from textwrap import shorten
 from typing import Final
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from scenarios.errors import ScenarioError
@@ -14,8 +16,11 @@ from scenarios.reproduce.finding import Finding, Statement
 from scenarios.reproduce.glass import BALL
 from scenarios.reproduce.lungs import LUNGS
 from scenarios.reproduce.scenes import Datasets
+from softbody_core import SoftBodyError
 
 STATEMENTS: Final = (*BALL, *LUNGS)
+_REASON: Final = 100
+"""Letters of the reason why a scene failed; the command's error has all of them."""
 
 
 @dataclass(frozen=True)
@@ -26,16 +31,39 @@ class Verdict:
     finding: Finding
 
 
-def judge(datasets: Datasets) -> list[Verdict]:
-    """Look at each statement whose scenes are there, in the paper's order."""
+def judge(datasets: Datasets, failures: Mapping[str, SoftBodyError]) -> list[Verdict]:
+    """Look at each statement whose scenes are there, or one of whose scenes failed.
+
+    Parameters
+    ----------
+    datasets : mapping of str to xr.Dataset
+        What has come of the scenes.
+    failures : mapping of str to SoftBodyError
+        Why a scene has no dataset. No statement on such a scene holds.
+
+    Returns
+    -------
+    list of Verdict
+        In the paper's order, without the statements whose scenes nobody asked for.
+    """
     return [
-        Verdict(statement, _find(statement, datasets))
+        Verdict(statement, _find(statement, datasets, failures))
         for statement in STATEMENTS
-        if all(scene in datasets for scene in statement.scenes)
+        if any(scene in failures for scene in statement.scenes)
+        or all(scene in datasets for scene in statement.scenes)
     ]
 
 
-def _find(statement: Statement, datasets: Datasets) -> Finding:
+def _find(
+    statement: Statement, datasets: Datasets, failures: Mapping[str, SoftBodyError]
+) -> Finding:
+    failed = [
+        f"{scene} failed: {shorten(str(failures[scene]), _REASON, placeholder=' …')}"
+        for scene in statement.scenes
+        if scene in failures
+    ]
+    if failed:
+        return Finding("; ".join(failed), holds=False)
     try:
         return statement.find(datasets)
     except ScenarioError as error:  # a run that is too short to say anything
@@ -46,7 +74,7 @@ def markdown(verdicts: Sequence[Verdict]) -> str:
     """Write the table of statements."""
     lines = ["| where | the paper says | measured | holds |", "|---|---|---|---|"]
     lines += [
-        f"| {v.statement.where} | {v.statement.says} | {v.finding.measured} | {_word(v)} |"
+        f"| {v.statement.where} | {v.statement.says} | {_cell(v.finding.measured)} | {_word(v)} |"
         for v in verdicts
     ]
     return "\n".join([*lines, ""])
@@ -63,9 +91,17 @@ def show(console: Console, verdicts: Sequence[Verdict]) -> None:
     for v in verdicts:
         style = "green" if v.finding.holds else "red"
         table.add_row(
-            v.statement.where, v.statement.says, v.finding.measured, f"[{style}]{_word(v)}[/]"
+            v.statement.where,
+            v.statement.says,
+            escape(v.finding.measured),
+            f"[{style}]{_word(v)}[/]",
         )
     console.print(table)
+
+
+def _cell(text: str) -> str:
+    """Keep a reason that has a bar in it within its cell."""
+    return text.replace("|", r"\|")
 
 
 def _word(verdict: Verdict) -> str:

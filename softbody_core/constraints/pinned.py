@@ -28,6 +28,8 @@ class PinnedPoints(Constraint):
 
     def held(self, mesh: SurfaceMesh) -> NDArray[np.bool_]:
         """Return True for each pinned point."""
+        if not all(isinstance(i, int | np.integer) for i in self.indices):
+            raise ParameterError(f"PinnedPoints: indices = {self.indices}: expected whole numbers")
         outside = [i for i in self.indices if not 0 <= i < mesh.n_points]
         if outside:
             raise ParameterError(

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from softbody_core.configuration import Configuration
 from softbody_core.constraints.constraint import Constraint, Restraint
-from softbody_core.errors import ParameterError
+from softbody_core.errors import DivergenceError, ParameterError
 from softbody_core.mesh import SurfaceMesh
 from softbody_core.parameters import Parameters, Quantity
 from softbody_core.state import State
@@ -18,6 +18,8 @@ from softbody_core.state import State
 Floats = NDArray[np.float64]
 
 _MOST_ITERATIONS: Final = 20
+
+_CALMER: Final = "a smaller max_step of the volume cap: the body is far beyond it in one step"
 
 _NEAR: Final = 0.5
 """Part of the bound beyond which it counts as near: a jump of pressure leaves little time."""
@@ -82,6 +84,9 @@ class _BoundCap(Restraint):
             mobility = float(np.vdot(here.volume_gradient, direction))
             positions = positions - (excess / mobility) * direction
             here = Configuration(self._mesh, positions)
+        else:
+            ratio = here.volume / self._mesh.volume
+            raise DivergenceError(after.time, "volume over rest volume", ratio, _CALMER)
         direction = self._inverse_masses * here.volume_gradient
         mobility = float(np.vdot(here.volume_gradient, direction))
         flow = max(0.0, float(np.vdot(here.volume_gradient, after.velocities)))

@@ -28,7 +28,7 @@ def _check_name(relation: str, name: str) -> None:
 
 @dataclass(frozen=True)
 class WeightRatio(Parameters, Constraint):
-    """One weight stays in a fixed ratio to another, whatever that one does.
+    """One weight stays in a fixed ratio to another, as the constraints before this one left it.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ class WeightRatio(Parameters, Constraint):
 
 
 @dataclass(frozen=True)
-class WeightCourse(Constraint):
+class WeightCourse(Parameters, Constraint):
     """One weight follows a course in time, linear between its points and constant beyond them.
 
     It is read at the start of each communication step and holds over the step.
@@ -75,11 +75,12 @@ class WeightCourse(Constraint):
     """
 
     weight: WeightName
-    times: tuple[float, ...]
+    times: Annotated[tuple[float, ...], Quantity("s")]
     values: tuple[float, ...]
 
     def __post_init__(self) -> None:
         """Check the course."""
+        super().__post_init__()
         _check_name("WeightCourse", self.weight)
         if len(self.times) != len(self.values) or not self.times:
             raise ParameterError(

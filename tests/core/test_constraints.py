@@ -9,12 +9,15 @@ from softbody_core import (
     CONSTRAINTS,
     INTEGRATORS,
     Constraint,
+    Contact,
     Gravity,
     InternalPressure,
     MassSpring,
     Observation,
     ParameterError,
+    PinnedPoints,
     PinnedTop,
+    RigidBody,
     SoftBody,
     SoftBodyModel,
     SurfaceSPH,
@@ -311,3 +314,23 @@ def test_gravity_that_comes_up_slowly():
     for _ in range(100):
         body.step(1e-3)
     np.testing.assert_allclose(body.velocities[:, 2], -9.80665 * 0.0495, rtol=1e-10)
+
+
+# What is refused
+
+
+def test_two_contacts_are_refused():
+    contacts = [Contact((RigidBody(ball(20, 0.01).moved([x, 0, 0])),)) for x in (-0.2, 0.2)]
+    with pytest.raises(ParameterError, match="into one Contact"):
+        made(contacts)
+
+
+def test_points_are_whole_numbers():
+    with pytest.raises(ParameterError, match="expected whole numbers"):
+        made([PinnedPoints((0.5,))])
+
+
+def test_contact_comes_after_what_moves_points():
+    wall = Contact((RigidBody(ball(20, 0.01).moved([0.2, 0, 0])),))
+    cap = VolumeCap(2 * MESH.volume)
+    assert [one.last for one in made([wall, cap]).model.restraints] == [False, True]

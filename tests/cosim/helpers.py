@@ -32,6 +32,7 @@ class Saves:
 
     can_save = True
     can_dump = True
+    varies_step = True
 
     def save(self) -> object:
         return dict(vars(self))
@@ -126,6 +127,39 @@ class Sink(Source):
 
     def read(self) -> Mapping[str, float]:
         return {}
+
+
+class Switch(Saves):
+    """A mode that turns at a moment: decided at the start of a step, or within it."""
+
+    def __init__(self, moment: float, name: str = "switch", *, at_start: bool = False) -> None:
+        self.name = name
+        self.ports: Mapping[str, Port] = {
+            "on": Port("on", None, Causality.OUTPUT, change=Change.MODE),
+            "y": port("y", "cmH2O", Causality.OUTPUT, change=Change.SAMPLED),
+        }
+        self.moment, self.at_start = moment, at_start
+        self.on = 0.0
+        self.steps: list[tuple[float, float]] = []
+
+    def initialize(self, time: float) -> None:
+        """Nothing to do."""
+
+    def begin(self) -> None:
+        """Nothing to do."""
+
+    def write(self, values: Mapping[str, float]) -> None:
+        """Nothing to set."""
+
+    def step(self, time: float, step: float) -> None:
+        self.steps.append((time, step))
+        self.on = float((time if self.at_start else time + step) >= self.moment)
+
+    def read(self) -> Mapping[str, float]:
+        return {"on": self.on, "y": 10 * self.on}
+
+    def close(self) -> None:
+        """Nothing to give back."""
 
 
 class Lung(Saves):

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -29,10 +29,12 @@ from cosim import (
 )
 from cosim.algorithms import Algorithm
 from cosim.algorithms.signals import held_weights
+from cosim.fmu.isolation import ISOLATIONS, open_fmu
 from cosim.participant import Causality, Change
 from tests.cosim.compartments import WIRES as SERIES
 from tests.cosim.compartments import SeriesLung
-from tests.cosim.helpers import Lung, Relaxation, Saves, Sink, Source, port
+from tests.cosim.foreign import STATES
+from tests.cosim.helpers import Lung, Relaxation, Sink, Source, Switch, port
 
 # x' = A x, one participant a row.
 A = np.array([[-1.0, 0.5], [0.8, -2.0]])
@@ -40,39 +42,6 @@ X0 = np.array([1.0, -0.5])
 WIRES = [Connection("second.x", "first.u"), Connection("first.x", "second.u")]
 
 OPTIONS: dict[str, dict[str, Any]] = {"adaptive": {"tolerance": 10.0}}  # so large: no step divided
-
-
-class Switch(Saves):
-    """A mode that turns at a moment: decided at the start of a step, or within it."""
-
-    def __init__(self, moment: float, name: str = "switch", *, at_start: bool = False) -> None:
-        self.name = name
-        self.ports: Mapping[str, Port] = {
-            "on": Port("on", None, Causality.OUTPUT, change=Change.MODE),
-            "y": port("y", "cmH2O", Causality.OUTPUT, change=Change.SAMPLED),
-        }
-        self.moment, self.at_start = moment, at_start
-        self.on = 0.0
-        self.steps: list[tuple[float, float]] = []
-
-    def initialize(self, time: float) -> None:
-        """Nothing to do."""
-
-    def begin(self) -> None:
-        """Nothing to do."""
-
-    def write(self, values: Mapping[str, float]) -> None:
-        """Nothing to set."""
-
-    def step(self, time: float, step: float) -> None:
-        self.steps.append((time, step))
-        self.on = float((time if self.at_start else time + step) >= self.moment)
-
-    def read(self) -> Mapping[str, float]:
-        return {"on": self.on, "y": 10 * self.on}
-
-    def close(self) -> None:
-        """Nothing to give back."""
 
 
 def coupled(algorithm: Algorithm, steps: int, order: tuple[int, int] = (0, 1)) -> np.ndarray:
@@ -181,6 +150,39 @@ def test_who_cannot_be_rolled_back_is_named_before_anything_starts(name: str) ->
     with pytest.raises(CouplingError, match=rf"{name} goes back .* second cannot .* gauss-seidel"):
         next(cosimulate(pair, WIRES, step=0.1, steps=1, algorithm=ALGORITHMS[name]()))
     assert pair[0].calls == []
+
+
+@pytest.mark.parametrize("isolation", ISOLATIONS)
+@pytest.mark.parametrize(
+    ("algorithm", "said"),
+    [
+        (Adaptive(), r"adaptive divides steps, and controller cannot .* Take gauss-seidel, jacobi"),
+        (EventLocating(), r"event-locating divides steps, and controller cannot .* gauss-seidel"),
+        (GaussSeidel("quadratic"), r'"quadratic" divides steps, and controller .* or "linear"'),
+        (Iterated(extrapolation="quadratic"), r'"quadratic" divides steps, and controller'),
+    ],
+)
+def test_a_fixed_step_is_not_divided(
+    foreign: Callable[..., Path], isolation: str, algorithm: Algorithm, said: str
+) -> None:
+    flags = f'{STATES} canHandleVariableCommunicationStepSize="false"'
+    path = foreign(2, "STEP_LENGTH=0.1", flags=flags, experiment='stepSize="0.1"')
+    wires = [Connection("source.y", "controller.volume")]
+
+    def clock(algorithm: Algorithm) -> float:
+        fmu = open_fmu(path, "controller", {}, isolation=isolation)
+        try:
+            loop = cosimulate(
+                [Source(1e-3, "m3"), fmu], wires, step=0.1, steps=2, algorithm=algorithm
+            )
+            return [point.outputs["controller"]["clock"] for point in loop][-1]
+        finally:
+            fmu.close()
+
+    with pytest.raises(CouplingError, match=said):
+        clock(algorithm)
+    for advised in (GaussSeidel("linear"), Jacobi(), Iterated()):
+        assert clock(advised) == 0.2
 
 
 def test_an_iteration_that_does_not_converge_names_what_changes() -> None:

@@ -47,6 +47,19 @@ def test_the_variables_have_their_units_and_dimensions(sphere: xr.Dataset) -> No
     assert sphere["axis"].to_numpy().tolist() == ["x", "y", "z"]
 
 
+def test_an_output_with_a_name_that_is_taken_gets_another(
+    small: Scenario, fmu: Callable[[str], Path], tmp_path: Path
+) -> None:
+    short = small.changed({"run.period": "0.2 s"})
+    dataset = scenarios.run(short, controller=fmu("taken_names"), positions_every=0.1)
+    save(dataset, tmp_path / "out.nc")
+    for name in ("time", "position", "snapshot_time", "volume"):
+        assert (dataset[f"controller_{name}"][1:] == 7.0).all()
+    assert float(dataset["volume"][0]) == pytest.approx(2.5, rel=1e-12)
+    assert dataset["time"].to_numpy()[-1] == pytest.approx(0.2)
+    assert dataset["position"].dims == ("snapshot", "point", "axis")
+
+
 def test_everything_has_a_long_name(with_positions: xr.Dataset) -> None:
     for variable in with_positions.variables.values():
         assert variable.attrs["long_name"]

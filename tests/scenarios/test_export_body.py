@@ -28,6 +28,7 @@ from cosim import (
     cosimulate,
 )
 from cosim.controllers import controller_fmu
+from cosim.fmu.variables import by_type
 from cosim.soft_body import body_ports
 from scenarios import Scenario
 from scenarios.assemble import build_body, connect
@@ -398,6 +399,30 @@ def test_a_parameter_that_comes_late_stops_the_fmu(export: Export, tiny: Scenari
         body.setReal([at["forces.alpha"]], [2.0])
         with pytest.raises(Exception, match="discard"):
             body.doStep(STEP, STEP)
+
+
+@VERSIONS
+def test_a_state_from_before_a_late_parameter_goes_on(
+    export: Export, tiny: Scenario, fmi: int
+) -> None:
+    parameter = ["forces.alpha"]
+    with running(export(tiny, fmi)) as body:
+        onward(body, 0)
+        saved = body.save()
+        expected = onward(body, 4)
+        body.restore(saved)
+        late = by_type(body._calls, [body._variables[name] for name in parameter])
+        late[0].write({"forces.alpha": 2.0})
+        spoilt = body.save()
+        with pytest.raises(FmuError, match=r"forces.alpha = 2.0 came too late"):
+            onward(body, 4)
+        body.restore(saved)
+        assert onward(body, 4) == expected
+        body.restore(spoilt)  # it is part of what was saved
+        with pytest.raises(FmuError, match="too late"):
+            onward(body, 4)
+        late[0].write({"forces.alpha": 1.0})  # as it was
+        assert onward(body, 4) == expected
 
 
 def with_file(fmu: Path, copy: Path, name: str, edit: Callable[[str], str]) -> Path:

@@ -144,7 +144,7 @@ def test_a_scenario_builds_what_it_says() -> None:
         "contact.friction": 0.7,
         "contact.thickness": "0.5 mm",
         "constraints.volume_cap.volume": "0.1 L",
-        "constraints.weight_course": {"weight": "alpha", "times": [0, 2], "values": [1, 3]},
+        "constraints.weight_course": {"weight": "alpha", "times": ["0 s", "2 s"], "values": [1, 3]},
         "constraints.weight_ratio": {"weight": "beta", "to": "alpha", "ratio": 0.3},
     }
     scenario = scenarios.load("glass", changes)
@@ -161,6 +161,9 @@ def test_a_scenario_builds_what_it_says() -> None:
     assert scenarios.parse.parse("again", scenario.text, scenario.folder).constraints == (
         scenario.constraints
     )
+    twice = [{"weight": name, "to": "alpha", "ratio": 0.5} for name in ("beta", "gamma")]
+    several = scenarios.load("glass", {"constraints.weight_ratio": twice})
+    assert [one.weight for one in several.constraints] == ["beta", "gamma"]
     body = build_body(scenario)
     body.step(0.005)
     body.step(0.005)
@@ -182,6 +185,12 @@ BALL = {"icosphere": 0, "volume": "1 mL"}
         ({"obstacles.rock": {"mesh": BALL, "name": "x"}}, "obstacles.rock.name is unknown"),
         ({"obstacles.rock": {"mesh": {}}}, "obstacles.rock.mesh: expected exactly one of"),
         ({"obstacles.rock": 3}, "obstacles.rock = 3: expected a table"),
+        ({"obstacles.a/b": {"mesh": BALL}}, "obstacles.a/b: expected a name of small letters"),
+        ({"obstacles.bounding_box_min": {"mesh": BALL}}, "none of the body's own variables"),
+        (
+            {"constraints.weight_course": {"weight": "alpha", "times": [0, 2], "values": [1, 3]}},
+            r'constraints.weight_course.times\[0\] = 0 has no unit; write it like "0 s"',
+        ),
         (
             {"obstacles.rock": {"mesh": BALL, "velocity": [1, 0, 0]}},
             r"obstacles.rock.velocity\[0\] = 1 has no unit",
@@ -211,11 +220,11 @@ BALL = {"icosphere": 0, "volume": "1 mL"}
         ({"constraints.volume_cap.volume": 1}, "constraints.volume_cap.volume = 1 has no unit"),
         ({"constraints.volume_cap": {}}, "constraints.volume_cap.volume is missing"),
         (
-            {"constraints.weight_course": {"weight": "alpha", "times": [0], "values": [1, 2]}},
+            {"constraints.weight_course": {"weight": "alpha", "times": ["0 s"], "values": [1, 2]}},
             "constraints.weight_course: .*1 times and 2 values",
         ),
         (
-            {"constraints.weight_course": {"weight": "omega", "times": [0], "values": [1]}},
+            {"constraints.weight_course": {"weight": "omega", "times": ["0 s"], "values": [1]}},
             "constraints.weight_course.weight = 'omega'",
         ),
         (

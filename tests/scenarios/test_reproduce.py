@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -18,10 +18,12 @@ from hypothesis import strategies as st
 from matplotlib.image import imread
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
+from rich.console import Console
 
 import scenarios
 from scenarios.bumpiness import bumpiness, normal_deviation
 from scenarios.errors import OutputError, ScenarioError
+from scenarios.reproduce import lungs as lungs_module
 from scenarios.reproduce import render as render_module
 from scenarios.reproduce import scenes as scenes_module
 from scenarios.reproduce import strips
@@ -31,10 +33,10 @@ from scenarios.reproduce.lungs import LUNGS, bumpiness_after_breaths
 from scenarios.reproduce.render import Surface, linear, render
 from scenarios.reproduce.scenes import ALPHA, BETA, GLASS, STRIDES, THERMOSTAT, Scenes, weights_of
 from scenarios.reproduce.sigmoid import fit_limb, fit_sigmoid, limbs, sigmoid
-from scenarios.reproduce.statements import STATEMENTS, judge
+from scenarios.reproduce.statements import STATEMENTS, judge, markdown, show
 from scenarios.reproduce.strips import FRAMES, glass_strip
 from scenarios.reproduce.targets import TARGETS, asked
-from softbody_core import SurfaceMesh, ball, icosphere
+from softbody_core import SurfaceMesh, ball, icosphere, wine_glass
 from tests.scenarios.conftest import Cli
 
 QUICK = ["mesh.lung=lung-right-770", "forces.beta=0"]
@@ -405,7 +407,11 @@ def test_a_scene_that_fails_is_named_and_the_rest_goes_on(
     partial = xr.load_dataset(out / "lung-b.nc")  # what was computed is kept
     assert partial.attrs["status"].startswith("failed: ")
     assert partial.sizes["time"] == 16
-    assert "α = 1 " not in (out / "statements.md").read_text(encoding="utf-8")
+    statements = (out / "statements.md").read_text(encoding="utf-8").splitlines()
+    says = "α = 1 “still maintains some volume at the end of exhalation”"
+    (line,) = (line for line in statements if says in line)
+    assert "| lung-b failed: " in line
+    assert line.endswith("| no |")
 
 
 def test_a_bad_setting_is_named_for_each_scene(cli: Cli, tmp_path: Path) -> None:
@@ -499,6 +505,7 @@ def _glass_set(**changes: dict[str, Any]) -> dict[str, xr.Dataset]:
         shapes = np.stack([still + np.array([0, 0, 0.24]), *[bumpy] * 3])
         shapes[-1] += own["moves"]
         time = np.arange(6001) * 5e-4
+        kept_at = time[[0, 2000, 5950, 6000]]  # the last two 25 ms apart, as in the real runs
         made[scene] = xr.Dataset(
             {
                 "position": (("snapshot", "point", "axis"), shapes),
@@ -508,7 +515,7 @@ def _glass_set(**changes: dict[str, Any]) -> dict[str, xr.Dataset]:
                 "obstacle_points": (("wall", "axis"), _cup()[0]),
                 "obstacle_triangles": (("face", "corner"), _cup()[1]),
             },
-            coords={"time": time, "snapshot_time": ("snapshot", time[::2000])},
+            coords={"time": time, "snapshot_time": ("snapshot", kept_at)},
             attrs={"wall_time": own["wall_time"], "scenario": toml, "scenario_name": scene},
         )
     return made
@@ -520,9 +527,8 @@ def _ball() -> SurfaceMesh:
 
 
 def _cup() -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """A closed ball of glass about where the ball lies."""
-    mesh = icosphere(1)
-    return mesh.points * [0.04, 0.04, 0.06] + [0, 0, 0.14], mesh.triangles
+    mesh = wine_glass(24)
+    return mesh.points, mesh.triangles
 
 
 def _no(verdicts: Any) -> set[int]:
@@ -536,7 +542,11 @@ def _no(verdicts: Any) -> set[int]:
         ({}, set()),
         ({"D": {"at": (0.0, 0.0, 0.5)}}, {2}),
         ({"D": {"at": (0.1, 0.0, 0.13)}}, {2}),
-        ({"A": {"moves": 2e-3}}, {2}),
+        ({"D": {"at": (0.036, 0.0, 0.05)}}, {2}),  # beside the stem, under the bowl
+        ({"D": {"at": (0.0, 0.0, 0.095 - 0.0048 + 0.03)}}, {2}),  # 4.8 mm below the bowl's floor
+        ({"A": {"moves": 0.9e-3 / 3**0.5}}, {2}),  # 0.9 mm in 25 ms
+        ({"A": {"moves": 2.1e-3 * 0.025 / 3**0.5}}, {2}),  # 2.1 mm/s along the diagonal
+        ({"A": {"moves": 1.9e-3 * 0.025 / 3**0.5}}, set()),
         ({"F": {"clearance": -1.1e-3}}, {3}),
         ({"B": {"rough": 0.11}}, {4}),
         ({"D": {"kept": 0.79}}, {5}),
@@ -546,7 +556,7 @@ def _no(verdicts: Any) -> set[int]:
     ],
 )
 def test_each_statement_on_the_ball_can_fail(changes: dict[str, Any], fails: set[int]) -> None:
-    verdicts = judge(_glass_set(**changes))
+    verdicts = judge(_glass_set(**changes), {})
     assert [verdict.statement for verdict in verdicts] == list(BALL)
     assert _no(verdicts) == fails
 
@@ -555,7 +565,7 @@ def test_a_ball_that_is_no_ball_of_the_paper_or_not_finite_is_found() -> None:
     made = _glass_set()
     made[GLASS["A"]] = made[GLASS["A"]].isel(triangle=slice(0, -1))
     made[GLASS["F"]]["position"][2] = np.nan
-    assert {0, 1} <= _no(judge(made))
+    assert {0, 1} <= _no(judge(made, {}))
 
 
 def test_the_strip_of_a_ball_in_a_glass(tmp_path: Path, rough: None) -> None:
@@ -572,7 +582,7 @@ def test_a_real_ball_in_a_real_glass_is_measured_and_drawn(tmp_path: Path, rough
     for name in GLASS.values():
         kept.get(name, _silent)
     assert kept.failures == {}
-    verdicts = {v.statement.says: v.finding for v in judge(kept.datasets)}
+    verdicts = {v.statement.says: v.finding for v in judge(kept.datasets, {})}
     assert verdicts["all six sets of parameters run"].holds
     assert verdicts["the glass is rigid: no point passes a wall"].holds
     rougher = "A “smooth surface”, B “undulating surface waves”, C “more”"
@@ -592,7 +602,7 @@ def test_each_statement_on_the_lung_can_fail(quick: Path) -> None:
     names = [s.says for s in LUNGS if BETA["A"] not in s.scenes]
 
     def failing(**changed: xr.Dataset) -> set[str]:
-        verdicts = judge({**lungs, **{k.replace("_", "-"): v for k, v in changed.items()}})
+        verdicts = judge({**lungs, **{k.replace("_", "-"): v for k, v in changed.items()}}, {})
         assert [v.statement.says for v in verdicts] == names
         return {v.statement.says for v in verdicts if not v.finding.holds}
 
@@ -625,8 +635,60 @@ def test_each_statement_on_the_lung_can_fail(quick: Path) -> None:
 
 
 def test_statements_need_their_scenes() -> None:
-    assert judge({}) == []
+    assert judge({}, {}) == []
     assert len(STATEMENTS) == len(BALL) + len(LUNGS)
+
+
+def test_no_statement_on_a_scene_that_failed_holds() -> None:
+    made = _glass_set()
+    del made[GLASS["C"]]
+    reason = "diverged at [bold]|v| = inf[/bold]; " + 30 * "take a smaller step "
+    verdicts = judge(made, {GLASS["C"]: ScenarioError(reason)})
+    assert [verdict.statement for verdict in verdicts] == list(BALL)
+    on_c = {i for i, statement in enumerate(BALL) if GLASS["C"] in statement.scenes}
+    assert on_c == _no(verdicts)
+    assert on_c == {1, 2, 3, 4, 5, 6, 8}  # all but the counts, of A, and the cloth, F
+    for i in on_c:
+        measured = verdicts[i].finding.measured
+        assert measured.startswith("glass-c failed: diverged at [bold]|v| = inf[/bold]; take a ")
+        assert measured.endswith(" …")
+        assert len(measured) < 120
+    # a bar in the reason adds no column, and brackets are no style
+    assert r"\|v\|" in markdown(verdicts)
+    printed = Console(file=io.StringIO(), width=200)
+    show(printed, verdicts)
+    assert "[bold]|v| = inf[/bold]" in cast("io.StringIO", printed.file).getvalue()
+
+
+def test_a_ball_of_one_snapshot_is_not_known_to_rest() -> None:
+    short = {"snapshot": slice(0, 1), "time": slice(0, 50)}
+    one = {name: dataset.isel(short) for name, dataset in _glass_set().items()}
+    finding = judge(one, {})[2].finding
+    assert finding.measured.startswith("cannot be measured: the run has one snapshot; expected 2")
+    assert not finding.holds
+
+
+@pytest.mark.parametrize(("rise", "holds"), [(1e-4, True), (0.0, False), (-2e-4, False)])
+def test_the_smallest_rise_of_bumpiness_is_told(
+    rise: float, holds: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Five made-up runs of two breaths; in the second, β = 0.75 is above 0.5 by `rise`."""
+    bumps = np.array([[0.01, 0.02, 0.03, 0.04, 0.05], [0.01, 0.02, 0.02 + rise, 0.04, 0.05]])
+    monkeypatch.setattr(lungs_module, "bumpiness_after_breaths", lambda made: made.attrs["bumps"])
+    made = {
+        scene: xr.Dataset(
+            attrs={
+                "scenario": scenarios.load(scene).text,
+                "scenario_name": scene,
+                "bumps": bumps[:, i],
+            }
+        )
+        for i, scene in enumerate(BETA.values())
+    }
+    ((_, finding),) = ((v.statement, v.finding) for v in judge(made, {}))
+    said = f"strictly rising in {1 + holds} of 2 breaths, the smallest rise is {rise:.4f}"
+    assert finding.measured.endswith(said)
+    assert finding.holds == holds
 
 
 @pytest.mark.slow
@@ -634,7 +696,7 @@ def test_the_scenes_at_full_size_show_what_the_paper_says(tmp_path: Path) -> Non
     kept = Scenes(tmp_path)
     for name in STRIDES:
         kept.get(name, _silent)
-    verdicts = judge(kept.datasets)
+    verdicts = judge(kept.datasets, kept.failures)
     assert [verdict.statement for verdict in verdicts] == list(STATEMENTS)
     # the three that docs/reproduce.md explains
     assert {v.statement.says for v in verdicts if not v.finding.holds} == {

@@ -9,10 +9,20 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
 
-from cosim import Adaptive, GaussSeidel, Iterated, Jacobi, cosimulate
+from cosim import (
+    Adaptive,
+    Connection,
+    EventLocating,
+    GaussSeidel,
+    Iterated,
+    Jacobi,
+    cosimulate,
+)
 from cosim.algorithms import Algorithm
-from tests.cosim.compartments import WIRES, SeriesLung, closed_form
+from tests.cosim.compartments import C1, C2, R1, R2, WIRES, SeriesLung, closed_form
+from tests.cosim.helpers import Switch
 
 DURATION = 2.0  # s: the inhalation
 COUNTS = np.array([64, 128, 256, 512])  # from 2.7 steps in the shortest time constant on
@@ -115,3 +125,37 @@ def test_variable_steps_leave_communication_points_alone(method: Any) -> None:
 def test_every_relaxation_finds_the_same_step(relaxation: Any, extrapolation: Any) -> None:
     found = [error(Iterated(1e-12, 100, kind, extrapolation), 64) for kind in ("none", relaxation)]
     assert found[0] == pytest.approx(found[1], abs=64 * 15 * 1e-12)  # as above
+
+
+MOMENT = 2 / 3  # s: a third of the way, or two thirds, between points of all COUNTS
+
+
+def switched(algorithm: Algorithm, steps: int) -> float:
+    """Error, cmH2O, where the mouth goes from 0 to 10 cmH2O at MOMENT and the lung from 15 to 0."""
+    lung, switch = SeriesLung.new(), Switch(MOMENT)
+    lung.airways.p = lung.alveoli.p = 15.0
+    wires = [Connection("switch.y", "airways.p_mouth"), *WIRES[1:]]
+    participants = [switch, lung.airways, lung.alveoli]
+    step = DURATION / steps
+    list(cosimulate(participants, wires, step=step, steps=steps, algorithm=algorithm))
+    a = np.array([[-(1 / R1 + 1 / R2) / C1, 1 / R2 / C1], [1 / R2 / C2, -1 / R2 / C2]])
+    # At rest all pressures are that of the mouth.
+    solution = 10 + expm(a * (DURATION - MOMENT)) @ (expm(a * MOMENT) @ [15.0, 15.0] - 10)
+    return float(np.abs(lung.pressures - solution).max())
+
+
+@pytest.mark.parametrize("extrapolation", ORDERS)
+@pytest.mark.parametrize("method", ["gauss-seidel", "jacobi", "iterated"])
+def test_a_located_event_keeps_the_order(method: Any, extrapolation: Any) -> None:
+    algorithm = EventLocating(1e-11, method, extrapolation)
+    errors = [switched(algorithm, int(steps)) for steps in COUNTS]
+    fit = -np.polyfit(np.log(COUNTS), np.log(errors), 1)[0]
+    print(
+        method,
+        extrapolation,
+        errors,
+        fit,
+        [switched(GaussSeidel(extrapolation), int(s)) for s in COUNTS],
+    )
+    assert algorithm.order == ORDERS[extrapolation]
+    assert fit == pytest.approx(algorithm.order, abs=0.09)
