@@ -53,3 +53,16 @@ def seconds(text: str, option: str) -> float:
         return quantity(text, "s")
     except UnitError as error:
         raise ScenarioError(f"{option}: {error}") from error
+
+
+def whole(text: str, option: str) -> int:
+    """Read a whole number; `option` is for the message.
+
+    Raises
+    ------
+    ScenarioError
+        If it is none.
+    """
+    if not text.strip().isdecimal():
+        raise ScenarioError(f"{option} = {text!r}: expected a whole number")
+    return int(text)

@@ -47,10 +47,12 @@ class Checkpoints:
     attributes: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Check the interval."""
-        if self.every < 1:
+        """Check the interval, and take a path that is text."""
+        object.__setattr__(self, "path", Path(self.path))
+        if not isinstance(self.every, int) or self.every < 1:
             raise CheckpointError(
-                f"a checkpoint every {self.every} communication steps: expected 1 or more"
+                f"a checkpoint every {self.every} communication steps: expected a whole number "
+                "of them, 1 or more"
             )
 
 

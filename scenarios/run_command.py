@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Final
 
 from cyclopts import Parameter
 from rich.console import Console
 
-from scenarios.arguments import chosen, seconds
+from scenarios.arguments import chosen, seconds, whole
 from scenarios.checkpoint import SUFFIX, Checkpoints
 from scenarios.errors import RunError
 from scenarios.output import check_results, save_results
@@ -17,6 +17,8 @@ from scenarios.report import progress_bar, show_breaths, show_controller, show_s
 from scenarios.runner import run, with_controller
 from scenarios.tradeoff.accuracy import pick
 from scenarios.tradeoff.report import show_pick, trial_bar
+
+_TOO_EARLY: Final = "the run ended before its first checkpoint, so there is nothing to resume"
 
 
 def run_(
@@ -29,7 +31,7 @@ def run_(
     accuracy: float | None = None,
     output: Annotated[Path, Parameter(name=["--output", "-o"])] = Path("out.nc"),
     positions: str | None = None,
-    checkpoint: int | None = None,
+    checkpoint: str | None = None,
     plot: bool = True,
     quiet: Annotated[bool, Parameter(negative=())] = False,
 ) -> None:
@@ -75,7 +77,8 @@ def run_(
         show_pick(out, picked, accuracy)
     checkpoints: Checkpoints | None = None
     if checkpoint is not None:
-        checkpoints = Checkpoints(output.with_suffix(SUFFIX), checkpoint, attributes)
+        steps = whole(checkpoint, "--checkpoint")
+        checkpoints = Checkpoints(output.with_suffix(SUFFIX), steps, attributes)
     failure: RunError | None = None
     with progress_bar(out) as progress:
         try:
@@ -91,6 +94,10 @@ def run_(
         show_controller(out, scene.controller)
     show_warnings(out, dataset)
     out.print(written, highlight=False, soft_wrap=True)
+    if failure is not None and checkpoints is not None:
+        there = checkpoints.path.exists()
+        said = f"go on with: softbody resume {checkpoints.path}" if there else _TOO_EARLY
+        out.print(said, highlight=False, soft_wrap=True)
     if failure is not None:
         raise failure
     if checkpoints is not None:

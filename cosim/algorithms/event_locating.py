@@ -118,7 +118,11 @@ class _Bisection(Coupler):
             # At the very end: whoever looks ahead sees it, and the step itself does not.
             low, high = step, step
         go_to(low)
-        if high > low:  # whoever decides within a step shows the new mode over all of it
+        if high > low:
+            self._inner.advance(time + low, high - low)
+        if high < step and self._read() == before:
+            # So far it was looked ahead to. Once it shows, those who see it late see it now.
+            low, high = high, min(high + self._method.tolerance, step)
             self._inner.advance(time + low, high - low)
         start.release()
         self._inner.restart()

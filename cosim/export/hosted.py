@@ -12,7 +12,7 @@ from cosim.participant import Participant
 from cosim.units import unit
 
 State = tuple[dict[str, Number], bool, dict[str, Number], Any]
-"""Inputs and parameters, whether initialization is over, what came late, the participant's state."""
+"""Inputs and parameters, whether initialization is over, what came late, the inside's state."""
 
 Conversions = dict[str, tuple[float, float]]
 """Factor and offset by port."""

@@ -52,14 +52,19 @@ def reproduce_(
         renderer()
     out = Console(quiet=quiet)
     scenes = Scenes(output, set_, cycles, fresh)
+    needed = list(dict.fromkeys(scene for t in targets.values() for scene in t.scenes))
+    scenes.check(needed)
     with _bar(out) as tell:
-        for name in dict.fromkeys(scene for t in targets.values() for scene in t.scenes):
+        for name in needed:
             scenes.get(name, tell)
         missing = _write(targets, scenes, tell)
     known = {**scenes.datasets, **_from_before(scenes)}
     verdicts = judge(known, scenes.failures)
     path = output / "statements.md"
-    _written(path, lambda: path.write_text(markdown(verdicts), encoding="utf-8"))
+    settings = [*set_, *([f"run.cycles={cycles}"] if cycles is not None else [])]
+    note = f"With other settings than the paper's: {', '.join(settings)}\n\n" if settings else ""
+    _written(path, lambda: path.write_text(note + markdown(verdicts), encoding="utf-8"))
+    out.print(note.rstrip(), highlight=False, markup=False, end="\n" if note else "")
     show(out, verdicts)
     out.print(
         f"wrote {', '.join([*(n for n in targets if n not in missing), 'statements'])} to {output}",

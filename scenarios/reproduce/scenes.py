@@ -71,6 +71,17 @@ class Scenes:
         """Where a scene's dataset is kept."""
         return self.folder / f"{name}.nc"
 
+    def check(self, names: Sequence[str]) -> None:
+        """Raise `ScenarioError` if the changes suit none of the scenes: they are a mistake then."""
+        errors = []
+        for name in names:
+            try:
+                self._scenario(name)
+            except ScenarioError as error:
+                errors.append(error)
+        if errors and len(errors) == len(names):
+            raise errors[0]
+
     def look(self, name: str) -> xr.Dataset | None:
         """Return what the folder holds of a scene, if it would come out the same again."""
         if self.fresh or not self.path(name).exists():

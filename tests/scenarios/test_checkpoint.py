@@ -227,7 +227,9 @@ def test_an_interrupted_run_keeps_its_checkpoint_and_its_data(
     (tmp_path / "short.toml").write_text(short.text)
     whole = scenarios.run(short)
     monkeypatch.setattr(scenarios.runner, "Progress", _interrupting(scenarios.runner.Progress))
-    assert cli("run", "short.toml", "--no-plot", "--checkpoint", "5").code == 130
+    interrupted = cli("run", "short.toml", "--no-plot", "--checkpoint", "5")
+    assert interrupted.code == 130
+    assert "go on with: softbody resume out.checkpoint" in interrupted.out
     assert (tmp_path / "out.checkpoint").exists()
     assert xr.load_dataset("out.nc").sizes["time"] == 17
     monkeypatch.undo()
@@ -252,8 +254,8 @@ def test_a_place_that_cannot_be_written_keeps_the_data(short: Scenario, tmp_path
     assert caught.value.dataset.sizes["time"] == 11
 
 
-@pytest.mark.parametrize("every", ["0", "-3"])
+@pytest.mark.parametrize("every", ["0", "-3", "2.5", "many"])
 def test_an_interval_that_is_none_is_refused(cli: Cli, every: str) -> None:
     said = cli("run", "sphere-lung", f"--checkpoint={every}")
     assert said.code == 2
-    assert "expected 1 or more" in said.error
+    assert "expected a whole number" in said.error
