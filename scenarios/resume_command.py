@@ -5,14 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
+import xarray as xr
 from cyclopts import Parameter
 from rich.console import Console
 
-from scenarios.errors import RunError
+from scenarios.errors import OutputError, RunError
 from scenarios.output import check_results, save_results
 from scenarios.plots import save_overview
 from scenarios.report import progress_bar, show_breaths, show_shape, show_warnings
-from scenarios.runner import resume
+from scenarios.runner import COMPLETED, resume
 
 
 def resume_(
@@ -39,6 +40,10 @@ def resume_(
         Print nothing but errors.
     """
     path = output if output is not None else checkpoint.with_suffix(".nc")
+    if output is None and _is_complete(path):
+        raise OutputError(
+            f"output {path} holds a run that was completed since; name another file with -o"
+        )
     picture = check_results(path, plot=plot)
     out = Console(quiet=quiet)
     failure: RunError | None = None
@@ -57,3 +62,12 @@ def resume_(
     if failure is not None:
         raise failure
     checkpoint.unlink(missing_ok=True)
+
+
+def _is_complete(path: Path) -> bool:
+    """Whether a file is the dataset of a run that came to its end."""
+    try:
+        with xr.open_dataset(path, engine="netcdf4") as dataset:
+            return dataset.attrs.get("status") == COMPLETED
+    except (OSError, ValueError):  # none, or no dataset
+        return False

@@ -25,6 +25,7 @@ from cosim import ALGORITHMS, CouplingError
 from cosim.controllers import build, controller_source
 from scenarios import CheckpointError, Checkpoints, OutputError, Progress, RunError, Scenario
 from scenarios.checkpoint import read
+from scenarios.output import save
 from scenarios.parse import parse
 from tests.scenarios.conftest import Cli
 
@@ -234,6 +235,11 @@ def test_an_interrupted_run_keeps_its_checkpoint_and_its_data(
     assert xr.load_dataset("out.nc").sizes["time"] == 17
     monkeypatch.undo()
     os.chdir(tmp_path)
+    (tmp_path / "stale.checkpoint").write_bytes((tmp_path / "out.checkpoint").read_bytes())
+    save(whole, tmp_path / "stale.nc")
+    stale = cli("resume", "stale.checkpoint", "--no-plot")
+    assert stale.code == 2
+    assert "output stale.nc holds a run that was completed since" in stale.error
     assert cli("resume", "out.checkpoint", "--no-plot").code == 0
     xr.testing.assert_equal(xr.load_dataset(tmp_path / "out.nc"), whole)
 
