@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Final
@@ -11,6 +12,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
+from cosim import UnitError, quantity
 from scenarios.analysis import breaths
 from scenarios.runner import Progress as RunProgress
 from scenarios.schema import Controller
@@ -53,11 +55,23 @@ def progress_bar(console: Console) -> Iterator[Callable[[RunProgress], None]]:
         yield show
 
 
-def show_controller(console: Console, controller: Controller) -> None:
-    """Say which controller runs, and which of its parameters the scenario sets."""
+def show_controller(console: Console, controller: Controller, period: float) -> None:
+    """Say which controller runs, with what settings, and if its period is not the run's, s."""
     settings = ", ".join(f"{name} = {value}" for name, value in controller.parameters.items())
     said = settings or f"its own defaults (the scenario has no table [controller.{controller.key}])"
     console.print(f"controller {controller.use}: {said}", highlight=False, markup=False)
+    own = controller.parameters.get("period")
+    try:
+        same = not isinstance(own, str) or math.isclose(quantity(own, "s"), period, rel_tol=1e-9)
+    except UnitError:  # a foreign controller's period may be something else
+        return
+    if not same:
+        console.print(
+            f"note: the controller's period is {own}, and run.period {period:g} s: the run may "
+            "end within a breath",
+            highlight=False,
+            soft_wrap=True,
+        )
 
 
 def show_warnings(console: Console, dataset: xr.Dataset) -> None:

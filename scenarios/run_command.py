@@ -91,7 +91,7 @@ def run_(
         show_shape(out, dataset)
     else:
         show_breaths(out, dataset)
-        show_controller(out, scene.controller)
+        show_controller(out, scene.controller, scene.run.period)
     show_warnings(out, dataset)
     out.print(written, highlight=False, soft_wrap=True)
     if failure is not None and checkpoints is not None:

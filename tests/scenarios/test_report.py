@@ -6,7 +6,8 @@ import xarray as xr
 from rich.console import Console
 
 from scenarios import Progress, breaths
-from scenarios.report import progress_bar, show_breaths
+from scenarios.report import progress_bar, show_breaths, show_controller
+from scenarios.schema import Controller
 from softbody_core import Work
 
 
@@ -56,3 +57,12 @@ def test_a_quiet_console_stays_empty(sphere: xr.Dataset) -> None:
         show(Progress(time=1.0, duration=4.0, wall_time=0.25, work=Work()))
     show_breaths(console, sphere)
     assert out.getvalue() == ""
+
+
+def test_a_period_that_is_not_the_run_s_is_noted() -> None:
+    controller = Controller("paper", {"period": "4 s"})
+    console, out = _console()
+    show_controller(console, controller, 4.0)
+    assert "note" not in out.getvalue()
+    show_controller(console, controller, 3.0)
+    assert "the controller's period is 4 s, and run.period 3 s" in out.getvalue()
