@@ -107,11 +107,5 @@ class ParticipantSlave(Fmi2Slave):  # type: ignore[misc]
     def _set_fmu_state(self, state: State) -> None:
         self._hosted.restore(state)
 
-    @staticmethod
-    def _fmu_state_to_bytes(state: State) -> bytes:
-        return to_bytes(state)
-
-    @staticmethod
-    def _fmu_state_from_bytes(data: bytes) -> State:
-        state: State = from_bytes(data)
-        return state
+    _fmu_state_to_bytes = staticmethod(to_bytes)
+    _fmu_state_from_bytes = staticmethod(from_bytes)

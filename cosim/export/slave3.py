@@ -116,11 +116,5 @@ class ParticipantSlave(Fmi3Slave):  # type: ignore[misc]
         self._time, hosted = state
         self._hosted.restore(hosted)
 
-    @staticmethod
-    def _fmu_state_to_bytes(state: tuple[float, State]) -> bytes:
-        return to_bytes(state)
-
-    @staticmethod
-    def _fmu_state_from_bytes(data: bytes) -> tuple[float, State]:
-        state: tuple[float, State] = from_bytes(data)
-        return state
+    _fmu_state_to_bytes = staticmethod(to_bytes)
+    _fmu_state_from_bytes = staticmethod(from_bytes)

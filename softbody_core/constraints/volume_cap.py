@@ -80,15 +80,17 @@ class _BoundCap(Restraint):
             excess = here.volume - self._law.volume
             if excess <= 1e-14 * self._law.volume:
                 break
-            direction = self._inverse_masses * here.volume_gradient
-            mobility = float(np.vdot(here.volume_gradient, direction))
-            positions = positions - (excess / mobility) * direction
+            positions = positions - self._growth(here, excess)
             here = Configuration(self._mesh, positions)
         else:
             ratio = here.volume / self._mesh.volume
             raise DivergenceError(after.time, "volume over rest volume", ratio, _CALMER)
+        flow = max(0.0, float(np.vdot(here.volume_gradient, after.velocities)))
+        velocities = after.velocities - self._growth(here, flow)
+        return replace(after, positions=positions, velocities=velocities)
+
+    def _growth(self, here: Configuration, amount: float) -> Floats:
+        """Move along M⁻¹ ∂V/∂x that adds an amount to V, m³, or velocities that add to dV/dt."""
         direction = self._inverse_masses * here.volume_gradient
         mobility = float(np.vdot(here.volume_gradient, direction))
-        flow = max(0.0, float(np.vdot(here.volume_gradient, after.velocities)))
-        velocities = after.velocities - (flow / mobility) * direction
-        return replace(after, positions=positions, velocities=velocities)
+        return (amount / mobility) * direction
