@@ -3,26 +3,42 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
 from cosim.algorithms.algorithm import Coupler
 from cosim.algorithms.rollback import Rollback, can_roll_back
-from cosim.algorithms.signals import Extrapolation, Outputs, Signals
+from cosim.algorithms.signals import DEGREES, Extrapolation, Outputs, Signals
 from cosim.connection import Wiring
 from cosim.participant import Participant
+from softbody_core.parameters import Parameters
 
 
-def explicit(
-    participants: Sequence[Participant],
-    wiring: Wiring,
-    extrapolation: Extrapolation,
-    *,
-    in_turn: bool,
-) -> Coupler:
-    """Make the coupler of Gauss-Seidel (`in_turn`) or Jacobi."""
-    if extrapolation == "constant":
-        return Holding(participants, wiring, in_turn=in_turn)
-    return Extrapolating(participants, wiring, extrapolation, in_turn=in_turn)
+@dataclass(frozen=True)
+class Explicit(Parameters):
+    """Gauss-Seidel or Jacobi.
+
+    Parameters
+    ----------
+    extrapolation : str
+        How continuous outputs go on over a step: "constant", "linear" or "quadratic".
+    """
+
+    in_turn: ClassVar[bool]
+    """Whether each sees the end of those before it."""
+
+    extrapolation: Extrapolation = "constant"
+
+    @property
+    def order(self) -> int:
+        """One more than the degree of the extrapolation."""
+        return DEGREES[self.extrapolation] + 1
+
+    def bind(self, participants: Sequence[Participant], wiring: Wiring) -> Coupler:
+        """Get ready to carry these participants."""
+        if self.extrapolation == "constant":
+            return Holding(participants, wiring, in_turn=self.in_turn)
+        return Extrapolating(participants, wiring, self.extrapolation, in_turn=self.in_turn)
 
 
 class Holding(Coupler):

@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
-from cosim.algorithms.algorithm import Coupler
-from cosim.algorithms.explicit import explicit
-from cosim.algorithms.signals import DEGREES, Extrapolation
-from cosim.connection import Wiring
-from cosim.participant import Participant
-from softbody_core.parameters import Parameters
+from cosim.algorithms.explicit import Explicit
 
 
 @dataclass(frozen=True)
-class GaussSeidel(Parameters):
+class GaussSeidel(Explicit):
     """One after the other, in the order given: each sees what those before it have just computed.
 
     With the controller first, a body feels the controller's answer to the volume that it has now.
@@ -25,13 +20,4 @@ class GaussSeidel(Parameters):
         How continuous outputs go on over a step: "constant", "linear" or "quadratic".
     """
 
-    extrapolation: Extrapolation = "constant"
-
-    @property
-    def order(self) -> int:
-        """One more than the degree of the extrapolation."""
-        return DEGREES[self.extrapolation] + 1
-
-    def bind(self, participants: Sequence[Participant], wiring: Wiring) -> Coupler:
-        """Get ready to carry these participants."""
-        return explicit(participants, wiring, self.extrapolation, in_turn=True)
+    in_turn: ClassVar[bool] = True
