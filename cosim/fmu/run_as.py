@@ -37,14 +37,34 @@ def choose_run_as(
     FmuError
         If it has no binary for this machine, or no script of FMI 2.0.
     """
-    no_binary = _why_no_binary_fits(description, folder)
+    binary, libraries = _expected(description, folder), _libraries(description, folder)
     no_script = _why_no_script_runs(description, folder)
     if wanted is None:
-        wanted = "python" if no_binary is not None and no_script is None else "fmu"
-    obstacle = no_binary if wanted == "fmu" else no_script
-    if obstacle is not None:
-        raise FmuError(f"FMU {path} {obstacle}")
+        wanted = "python" if not libraries and no_script is None else "fmu"
+    if wanted == "python" and no_script is not None:
+        raise FmuError(f"FMU {path} {no_script}")
+    if wanted == "fmu" and binary not in libraries:
+        others = ", ".join(fmpy.supported_platforms(str(folder))) or "none"
+        processor = f", for its processor {platform.machine()}" if binary.is_file() else ""
+        raise FmuError(
+            f"FMU {path} has no binary for this machine ({binary.relative_to(folder)}{processor}); "
+            f"it runs on: {others}"
+        )
     return wanted
+
+
+def _expected(description: ModelDescription, folder: Path) -> Path:
+    """Binary that FMI asks for on this machine."""
+    system: str = fmpy.platform_tuple if description.fmiVersion.startswith("3.") else fmpy.platform
+    identifier = description.coSimulation.modelIdentifier
+    name = f"{identifier}{fmpy.sharedLibraryExtension}"
+    return folder / "binaries" / system / name
+
+
+def _libraries(description: ModelDescription, folder: Path) -> list[Path]:
+    """Binaries for this machine, whatever their name."""
+    beside = _expected(description, folder).parent.glob(f"*{fmpy.sharedLibraryExtension}")
+    return [library for library in beside if _is_for(library, platform.machine())]
 
 
 def _why_no_script_runs(description: ModelDescription, folder: Path) -> str | None:
@@ -59,20 +79,6 @@ def _why_no_script_runs(description: ModelDescription, folder: Path) -> str | No
             f"is of FMI {description.fmiVersion}, and only scripts of FMI 2.0 (pythonfmu) can be "
             'run as Python; run it as "fmu"'
         )
-    return None
-
-
-def _why_no_binary_fits(description: ModelDescription, folder: Path) -> str | None:
-    """Why an FMU has no binary for this machine; None if it has one."""
-    system = fmpy.platform_tuple if description.fmiVersion.startswith("3.") else fmpy.platform
-    identifier = description.coSimulation.modelIdentifier
-    name = f"binaries/{system}/{identifier}{fmpy.sharedLibraryExtension}"
-    if not (folder / name).is_file():
-        others = ", ".join(fmpy.supported_platforms(str(folder))) or "none"
-        return f"has no binary for this machine ({name}); it runs on: {others}"
-    machine = platform.machine()
-    if not _is_for(folder / name, machine):
-        return f"has a binary ({name}), but for another processor than this {machine}"
     return None
 
 

@@ -48,7 +48,7 @@ class FmuVariables:
 
     def _whole(self, value: float) -> float:
         whole = self._convert(round(value))
-        if self._c_type(whole).value != whole:
+        if self._convert is int and self._c_type(whole).value != whole:
             raise OverflowError("the value is out of the range of its type")
         return whole  # type: ignore[return-value]
 

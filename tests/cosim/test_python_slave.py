@@ -13,8 +13,10 @@ import pytest
 
 from cosim import FmuError, FmuParticipant
 from cosim.controllers import CONTROLLERS, build
+from cosim.fmu.check import check_fmu
 from cosim.fmu.isolation import IsolatedFmu, open_fmu
 from cosim.participant import Causality
+from cosim.soft_body import body_ports
 from tests.cosim.test_controllers import FRAME, FRAMES, start, walk
 
 BOTH = ("fmu", "python")
@@ -166,7 +168,7 @@ def test_a_binary_of_another_processor_is_refused_by_name(
     shipped: Mapping[str, Path], repacked: Callable[..., Path]
 ) -> None:
     other = repacked(shipped["paper"], for_another_processor)
-    with pytest.raises(FmuError, match="for another processor than this"):
+    with pytest.raises(FmuError, match=r"no binary for this machine .*, for its processor"):
         FmuParticipant(other, run_as="fmu")
 
 
@@ -263,3 +265,13 @@ def test_inputs_reach_a_script_as_plain_numbers(tmp_path: Path) -> None:
         with pytest.raises(FmuError, match="out of the range"):
             fmu.write(dict.fromkeys(inputs, 1e12))
         fmu.close()
+
+
+def test_a_check_says_that_a_script_is_run_as_python(
+    shipped: Mapping[str, Path], repacked: Callable[..., Path]
+) -> None:
+    found = check_fmu(repacked(shipped["pid"], without_binaries), body_ports())
+    assert found.ok
+    assert [f.text for f in found.findings] == [
+        "has no binary for this machine, so its script is run as Python"
+    ]
