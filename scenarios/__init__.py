@@ -6,15 +6,15 @@
 True
 """
 
-from scenarios.analysis import Compartment, breaths, fit_compartment
-from scenarios.catalogue import load, names
-from scenarios.checkpoint import Checkpoints
 from scenarios.errors import CheckpointError, OutputError, RunError, ScenarioError
-from scenarios.plots import overview
-from scenarios.runner import Progress, resume, run
-from scenarios.schema import Scenario
-from scenarios.tradeoff.grid import GridProgress, trade
-from scenarios.tradeoff.reference import reference, volume_error
+from scenarios.results.analysis import Compartment, breaths, fit_compartment
+from scenarios.results.plots import overview
+from scenarios.running.checkpoint import Checkpoints
+from scenarios.running.run import Progress, resume, run
+from scenarios.scene.catalogue import load, names
+from scenarios.scene.schema import Scenario
+from scenarios.studies.trade.grid import GridProgress, trade
+from scenarios.studies.trade.reference import reference, volume_error
 
 __all__ = [
     "CheckpointError",

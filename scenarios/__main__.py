@@ -8,15 +8,15 @@ from importlib.metadata import version
 from cyclopts import App, CycloptsError
 from rich.console import Console
 
-from scenarios.catalogue import load, names
-from scenarios.controller_command import controller_app
+from scenarios.commands.controller import controller_app
+from scenarios.commands.export import export_app
+from scenarios.commands.extremes import extremes_
+from scenarios.commands.reproduce import reproduce_
+from scenarios.commands.resume import resume_
+from scenarios.commands.run import run_
+from scenarios.commands.trade import trade_
 from scenarios.errors import RunError
-from scenarios.export.command import export_app
-from scenarios.extremes.command import extremes_
-from scenarios.reproduce.command import reproduce_
-from scenarios.resume_command import resume_
-from scenarios.run_command import run_
-from scenarios.tradeoff.command import trade_
+from scenarios.scene.catalogue import load, names
 from softbody_core import SoftBodyError
 
 BAD_INPUT, FAILED_RUN, INTERRUPTED = 2, 3, 130

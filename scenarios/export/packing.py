@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Final
 
 from cosim import SoftBodyParticipant
-from scenarios.assemble import build_body
 from scenarios.export.parameters import integrator_name
-from scenarios.parse import parse
-from scenarios.schema import Scenario
+from scenarios.running.assemble import build_body
+from scenarios.scene.parse import parse
+from scenarios.scene.schema import Scenario
 
 _SCENARIO: Final = "scenario.toml"
 

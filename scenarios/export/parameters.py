@@ -10,7 +10,7 @@ from dataclasses import is_dataclass
 from typing import Any, Final
 
 from cosim.export import Variable
-from scenarios.schema import Scenario
+from scenarios.scene.schema import Scenario
 from softbody_core import CONSTRAINTS, FORCES, INTEGRATORS, Weights
 from softbody_core.parameters import Quantity, quantities_of
 from softbody_core.weights import Control
