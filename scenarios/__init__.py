@@ -15,6 +15,7 @@ from scenarios.runner import Progress, resume, run
 from scenarios.schema import Scenario
 from scenarios.tradeoff.grid import GridProgress, trade
 from scenarios.tradeoff.reference import reference, volume_error
+from softbody_core.ground.errors import SimulationError
 
 __all__ = [
     "CheckpointError",
@@ -26,6 +27,7 @@ __all__ = [
     "RunError",
     "Scenario",
     "ScenarioError",
+    "SimulationError",
     "breaths",
     "fit_compartment",
     "load",

@@ -16,8 +16,8 @@ from scenarios.extremes.trial import Trial, try_case
 from scenarios.extremes.verdict import Outcome, Reference, Verdict, judge, refer
 from scenarios.schema import Scenario
 from softbody_core import INTEGRATORS
+from softbody_core.ground.parameters import quantities_of
 from softbody_core.integrators import Integrator
-from softbody_core.parameters import quantities_of
 
 _WORK_LIMITS: Final = {"max_substeps": 2_000, "max_steps": 1_000}
 """Where a scheme has such a limit: less than its default, since the map has many trials."""
