@@ -19,6 +19,7 @@ from cosim.participant import Causality, Change, Participant, Port
 from cosim.recorder import Recorder, Variable
 from cosim.soft_body import SoftBodyParticipant
 from cosim.units import Unit, UnitError, quantity, unit
+from softbody_core.ground.errors import SimulationError
 
 __all__ = [
     "ALGORITHMS",
@@ -44,6 +45,7 @@ __all__ = [
     "Port",
     "Recorder",
     "SignalError",
+    "SimulationError",
     "SoftBodyParticipant",
     "Unit",
     "UnitError",

@@ -5,22 +5,22 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 
-from softbody_core import SoftBodyError
+from softbody_core.ground.errors import SimulationError
 
 
-class WiringError(SoftBodyError, ValueError):
+class WiringError(SimulationError, ValueError):
     """Two ports cannot be connected, or a port is unknown or left open."""
 
 
-class SignalError(SoftBodyError, ArithmeticError):
+class SignalError(SimulationError, ArithmeticError):
     """A value that is not finite crossed a connection."""
 
 
-class CouplingError(SoftBodyError, RuntimeError):
+class CouplingError(SimulationError, RuntimeError):
     """A coupling algorithm cannot go on, or not with these participants."""
 
 
-class FmuError(SoftBodyError, RuntimeError):
+class FmuError(SimulationError, RuntimeError):
     """An FMU cannot be loaded, does not fit, or failed while it ran."""
 
 
@@ -40,7 +40,7 @@ class FmuTimeoutError(FmuError):
     """An FMU did not answer within its time limit, and was stopped."""
 
 
-class ControllerError(SoftBodyError, ValueError):
+class ControllerError(SimulationError, ValueError):
     """A controller's source cannot be built into an FMU."""
 
 

@@ -11,7 +11,7 @@ from typing import Final
 
 import pint
 
-from softbody_core import SoftBodyError
+from softbody_core.ground.errors import SimulationError
 
 Dimension = frozenset[tuple[str, int]]
 
@@ -36,7 +36,7 @@ _NUMBER: Final = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _QUANTITY: Final = re.compile(rf"\s*({_NUMBER})(?:/(\d+))?\s*((?:1/)?[^\s\d+-][^+]*)?")
 
 
-class UnitError(SoftBodyError, ValueError):
+class UnitError(SimulationError, ValueError):
     """A unit or a quantity cannot be read, or two units do not measure the same thing."""
 
 

@@ -15,6 +15,7 @@ from scenarios.scene.catalogue import load, names
 from scenarios.scene.schema import Scenario
 from scenarios.studies.trade.grid import GridProgress, trade
 from scenarios.studies.trade.reference import reference, volume_error
+from softbody_core.ground.errors import SimulationError
 
 __all__ = [
     "CheckpointError",
@@ -26,6 +27,7 @@ __all__ = [
     "RunError",
     "Scenario",
     "ScenarioError",
+    "SimulationError",
     "breaths",
     "fit_compartment",
     "load",

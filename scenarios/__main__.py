@@ -17,7 +17,7 @@ from scenarios.commands.run import run_
 from scenarios.commands.trade import trade_
 from scenarios.errors import RunError
 from scenarios.scene.catalogue import load, names
-from softbody_core import SoftBodyError
+from softbody_core.ground.errors import SimulationError
 
 BAD_INPUT, FAILED_RUN, INTERRUPTED = 2, 3, 130
 
@@ -69,7 +69,7 @@ def main(arguments: list[str] | None = None) -> int:
     except RunError as error:
         errors.print(f"error: {error}", style="red", markup=False, highlight=False)
         return INTERRUPTED if isinstance(error.__cause__, KeyboardInterrupt) else FAILED_RUN
-    except SoftBodyError as error:
+    except SimulationError as error:
         errors.print(f"error: {error}", style="red", markup=False, highlight=False)
         return BAD_INPUT
     except KeyboardInterrupt:

@@ -4,22 +4,22 @@ from __future__ import annotations
 
 import xarray as xr
 
-from softbody_core import SoftBodyError
+from softbody_core.ground.errors import SimulationError
 
 
-class ScenarioError(SoftBodyError, ValueError):
+class ScenarioError(SimulationError, ValueError):
     """A scenario is not as expected; the message starts with the path of the bad field."""
 
 
-class OutputError(SoftBodyError, OSError):
+class OutputError(SimulationError, OSError):
     """A result cannot be written where it should go."""
 
 
-class CheckpointError(SoftBodyError, ValueError):
+class CheckpointError(SimulationError, ValueError):
     """A checkpoint cannot be read, or does not fit what is there now."""
 
 
-class RunError(SoftBodyError, RuntimeError):
+class RunError(SimulationError, RuntimeError):
     """A run ended early; what was computed until then is in `dataset`.
 
     Attributes

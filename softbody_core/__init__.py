@@ -16,7 +16,6 @@ from softbody_core.errors import (
     CrowdedError,
     DivergenceError,
     MeshError,
-    ParameterError,
     SoftBodyError,
     SqueezedError,
     StepLimitError,
@@ -31,6 +30,7 @@ from softbody_core.forces import (
     Membrane,
     SurfaceSPH,
 )
+from softbody_core.ground.errors import ParameterError, SimulationError
 from softbody_core.integrators import (
     INTEGRATORS,
     RK4,
@@ -73,6 +73,7 @@ __all__ = [
     "RigidBody",
     "RigidState",
     "SavedBody",
+    "SimulationError",
     "SoftBody",
     "SoftBodyError",
     "SoftBodyModel",

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from softbody_core.configuration import Configuration
-from softbody_core.errors import ParameterError
+from softbody_core.ground.arrays import Floats
+from softbody_core.ground.errors import ParameterError
 from softbody_core.integrators import Integrator, VelocityVerlet, Work
 from softbody_core.integrators.restrained import bind
 from softbody_core.model import SoftBodyModel
@@ -16,8 +16,6 @@ from softbody_core.observation import Observation
 from softbody_core.stability import check_finite, check_volume
 from softbody_core.state import Inputs, State
 from softbody_core.weights import Weights
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

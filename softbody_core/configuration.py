@@ -11,12 +11,9 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from softbody_core.ground.arrays import Floats, Integers
 from softbody_core.mesh import SurfaceMesh
-
-Floats = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 
 class Configuration:
@@ -118,7 +115,7 @@ class Configuration:
         return gradient
 
 
-def take(values: Floats, indices: Indices, out: Floats) -> None:
+def take(values: Floats, indices: Integers, out: Floats) -> None:
     """Write the chosen columns of a (3, n) array into `out`, shape (3, k)."""
     for row, chosen in zip(values, out, strict=True):
         row.take(indices, out=chosen, mode="clip")  # the other modes make a copy first

@@ -1,17 +1,15 @@
-"""What can go wrong, by name.
+"""What can go wrong with a body.
 
 Every message names the thing, its value, what was expected and what to try.
 """
 
 from __future__ import annotations
 
-
-class SoftBodyError(Exception):
-    """Base of every error that this project raises on purpose."""
+from softbody_core.ground.errors import SimulationError
 
 
-class ParameterError(SoftBodyError, ValueError):
-    """A parameter has a value that the model does not allow."""
+class SoftBodyError(SimulationError):
+    """Base of the errors of a body: of its surface and its motion."""
 
 
 class MeshError(SoftBodyError, ValueError):

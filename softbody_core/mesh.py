@@ -17,10 +17,8 @@ import trimesh
 from numpy.typing import ArrayLike, NDArray
 
 from softbody_core.errors import MeshError
+from softbody_core.ground.arrays import Floats, Integers
 from softbody_core.mesh_check import check_surface, unique_pairs
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
 from softbody_core.errors import MeshError
+from softbody_core.ground.arrays import Floats, Integers
 
 SMALLEST_SIZE, LARGEST_SIZE = 1e-9, 1e9
 """Sizes within which volumes, areas and kernels keep clear of under- and overflow, m."""
@@ -18,7 +19,7 @@ COARSEST_DIGIT = 1e-6
 """Distance of neighbouring floating-point numbers, over the size, that leaves a shape."""
 
 
-def check_surface(points: NDArray[np.float64], triangles: NDArray[np.generic]) -> None:
+def check_surface(points: Floats, triangles: NDArray[np.generic]) -> None:
     """Raise `MeshError` unless the arrays are a closed, manifold, outward-wound surface.
 
     Parameters
@@ -47,7 +48,7 @@ def check_surface(points: NDArray[np.float64], triangles: NDArray[np.generic]) -
         raise MeshError(f"the surface encloses no volume ({volume:.4g} m³); it is flat")
 
 
-def _check_arrays(points: NDArray[np.float64], triangles: NDArray[np.generic]) -> None:
+def _check_arrays(points: Floats, triangles: NDArray[np.generic]) -> None:
     if points.ndim != 2 or points.shape[1] != 3 or len(points) < 4:
         raise MeshError(f"points have shape {points.shape}; expected (n, 3) with n of at least 4")
     if triangles.ndim != 2 or triangles.shape[1] != 3 or len(triangles) < 4:
@@ -80,7 +81,7 @@ def _check_arrays(points: NDArray[np.float64], triangles: NDArray[np.generic]) -
         )
 
 
-def _check_triangles(points: NDArray[np.float64], corners: NDArray[np.int64]) -> None:
+def _check_triangles(points: Floats, corners: Integers) -> None:
     unused = np.bincount(corners.ravel(), minlength=len(points)) == 0
     if unused.any():
         raise MeshError(
@@ -100,7 +101,7 @@ def _check_triangles(points: NDArray[np.float64], corners: NDArray[np.int64]) ->
         )
 
 
-def _check_edges(points: NDArray[np.float64], corners: NDArray[np.int64]) -> None:
+def _check_edges(points: Floats, corners: Integers) -> None:
     directed = corners[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
     edges, which = unique_pairs(np.sort(directed, axis=1))
     faces = np.bincount(which)
@@ -122,7 +123,7 @@ def _check_edges(points: NDArray[np.float64], corners: NDArray[np.int64]) -> Non
         )
 
 
-def _check_fans(points: NDArray[np.float64], corners: NDArray[np.int64]) -> None:
+def _check_fans(points: Floats, corners: Integers) -> None:
     """Refuse a point at which two fans of triangles touch; corners that share a side are one."""
     n, t = len(points), len(corners)
     corner_of = np.arange(3 * t).reshape(t, 3)
@@ -142,7 +143,7 @@ def _check_fans(points: NDArray[np.float64], corners: NDArray[np.int64]) -> None
         )
 
 
-def _check_whole(points: NDArray[np.float64], corners: NDArray[np.int64]) -> None:
+def _check_whole(points: Floats, corners: Integers) -> None:
     """Refuse several surfaces: nested or overlapping ones would count volume twice or take it."""
     n = len(points)
     rows, columns = corners.ravel(), np.roll(corners, 1, axis=1).ravel()
@@ -152,7 +153,7 @@ def _check_whole(points: NDArray[np.float64], corners: NDArray[np.int64]) -> Non
         raise MeshError(f"there are {count} separate surfaces; expected one: keep the one you mean")
 
 
-def unique_pairs(pairs: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def unique_pairs(pairs: Integers) -> tuple[Integers, Integers]:
     """Find the different pairs (i, j) of indices, in lexicographic order, and which each one is.
 
     Packed into one number, i n + j, pairs sort several times faster than as rows.
@@ -174,7 +175,7 @@ def unique_pairs(pairs: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[n
     return np.stack(np.divmod(keys, n), axis=1), which
 
 
-def _located(bad: Any, things: str, fault: str, places: NDArray[np.float64] | None = None) -> str:
+def _located(bad: Any, things: str, fault: str, places: Floats | None = None) -> str:
     """Count the faults and name the first three, with their places."""
     indices = np.flatnonzero(bad)
     shown = ", ".join(

@@ -6,21 +6,19 @@ from collections.abc import Mapping, Sequence
 from copy import copy
 
 import numpy as np
-from numpy.typing import NDArray
 
 from softbody_core.configuration import Configuration
 from softbody_core.constraints import Constraint, Restraint
-from softbody_core.errors import ParameterError
 from softbody_core.forces import AirwayResistance, Force, InternalPressure, Rates
 from softbody_core.forces.airway_resistance import BoundResistance
 from softbody_core.forces.force import BoundForce
+from softbody_core.ground.arrays import Floats
+from softbody_core.ground.errors import ParameterError
 from softbody_core.mesh import SurfaceMesh
 from softbody_core.observation import Observation
 from softbody_core.rigid import RigidBody
 from softbody_core.state import Inputs, State
 from softbody_core.weights import Weights
-
-Floats = NDArray[np.float64]
 
 
 class SoftBodyModel:

@@ -6,13 +6,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from softbody_core.errors import CrowdedError
-
-Floats = NDArray[np.float64]
-Indices = NDArray[np.int64]
+from softbody_core.ground.arrays import Floats, Integers
 
 SKIN = 0.1
 """Width by which the list reaches beyond the radius, as a share of it."""
@@ -31,8 +28,8 @@ class Pairs(NamedTuple):
     the bit, on when the list was made. That keeps caches out of the body's saved state.
     """
 
-    first: Indices
-    second: Indices
+    first: Integers
+    second: Integers
 
 
 class NeighbourList:

@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from softbody_core.ground.arrays import Floats
 from softbody_core.state import RigidState
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

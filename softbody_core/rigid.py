@@ -8,16 +8,15 @@ from typing import Annotated, Literal
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from softbody_core.errors import ParameterError
 from softbody_core.forces.gravity import STANDARD_GRAVITY
+from softbody_core.ground.arrays import Floats
+from softbody_core.ground.errors import ParameterError
+from softbody_core.ground.parameters import Parameters, Quantity
 from softbody_core.mesh import SurfaceMesh
-from softbody_core.parameters import Parameters, Quantity
 from softbody_core.state import RigidState
 
-Floats = NDArray[np.float64]
 Vector = tuple[float, float, float]
 
 _STILL: Vector = (0.0, 0.0, 0.0)

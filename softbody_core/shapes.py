@@ -9,7 +9,7 @@ import numpy as np
 import trimesh
 from scipy.spatial import ConvexHull
 
-from softbody_core.errors import ParameterError
+from softbody_core.ground.errors import ParameterError
 from softbody_core.mesh import SurfaceMesh
 
 

@@ -6,12 +6,10 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
-from numpy.typing import NDArray
 
+from softbody_core.ground.arrays import Floats
+from softbody_core.ground.parameters import Parameters, Quantity
 from softbody_core.mesh import SurfaceMesh
-from softbody_core.parameters import Parameters, Quantity
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Annotated
 
-from softbody_core.parameters import Parameters, Quantity
+from softbody_core.ground.parameters import Parameters, Quantity
 
 
 class Control(Enum):

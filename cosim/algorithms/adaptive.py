@@ -17,7 +17,7 @@ from cosim.algorithms.signals import Extrapolation
 from cosim.connection import Wiring
 from cosim.errors import CouplingError
 from cosim.participant import Change, Participant
-from softbody_core.parameters import Parameters, Quantity
+from softbody_core.ground.parameters import Parameters, Quantity
 
 
 @dataclass(frozen=True)

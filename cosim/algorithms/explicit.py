@@ -11,7 +11,7 @@ from cosim.algorithms.rollback import Rollback, can_roll_back
 from cosim.algorithms.signals import DEGREES, Extrapolation, Outputs, Signals
 from cosim.connection import Wiring
 from cosim.participant import Participant
-from softbody_core.parameters import Parameters
+from softbody_core.ground.parameters import Parameters
 
 
 @dataclass(frozen=True)

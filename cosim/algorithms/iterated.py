@@ -16,7 +16,7 @@ from cosim.algorithms.signals import DEGREES, Extrapolation, Outputs, Signals
 from cosim.connection import Wiring, is_sampled
 from cosim.errors import CouplingError
 from cosim.participant import Participant
-from softbody_core.parameters import Parameters, Quantity
+from softbody_core.ground.parameters import Parameters, Quantity
 
 
 @dataclass(frozen=True)

@@ -72,7 +72,7 @@ class Hosted:
 
         Raises
         ------
-        SoftBodyError
+        SimulationError
             If the step fails. The participant then stands where it stood. A parameter that came too
             late fails all steps until it is set back or a state from before is restored: refused at
             once, by an exception, it would crash some hosts.

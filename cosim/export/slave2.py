@@ -16,7 +16,7 @@ from cosim.body_bytes import from_bytes, to_bytes
 from cosim.export.hosted import Hosted, State
 from cosim.export.interface import Interface, Number, Variable
 from cosim.participant import Participant
-from softbody_core import SoftBodyError
+from softbody_core.ground.errors import SimulationError
 
 
 class ParticipantSlave(Fmi2Slave):  # type: ignore[misc]
@@ -70,7 +70,7 @@ class ParticipantSlave(Fmi2Slave):  # type: ignore[misc]
     def do_step(self, current_time: float, step_size: float) -> bool:
         try:
             self._hosted.step(current_time, step_size)
-        except SoftBodyError as error:
+        except SimulationError as error:
             self.log(str(error), Fmi2Status.discard)
             return False
         return True

@@ -17,7 +17,7 @@ from scenarios.export.parameters import exported_parameters
 from scenarios.running.assemble import build_body
 from scenarios.scene.schema import Scenario
 from softbody_core import Inputs
-from softbody_core.parameters import quantities_of
+from softbody_core.ground.parameters import quantities_of
 
 
 def export_fmu(

@@ -12,7 +12,7 @@ from typing import Any, Final
 from cosim.export import Variable
 from scenarios.scene.schema import Scenario
 from softbody_core import CONSTRAINTS, FORCES, INTEGRATORS, Weights
-from softbody_core.parameters import Quantity, quantities_of
+from softbody_core.ground.parameters import Quantity, quantities_of
 from softbody_core.weights import Control
 
 _LEAST: Final = sys.float_info.min

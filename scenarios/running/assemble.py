@@ -26,8 +26,8 @@ from scenarios.scene.schema import Controller, Mesh, Obstacle, Scenario
 from softbody_core import (
     ParameterError,
     RigidBody,
+    SimulationError,
     SoftBody,
-    SoftBodyError,
     SoftBodyModel,
     SurfaceMesh,
     ball,
@@ -95,7 +95,7 @@ def build_mesh(mesh: Mesh, folder: Path, path: str = "mesh") -> SurfaceMesh:
         return surface.moved(mesh.position) if any(mesh.position) else surface
     except ScenarioError:
         raise
-    except SoftBodyError as error:
+    except SimulationError as error:
         raise ScenarioError(f"{path}: {error}") from error
 
 

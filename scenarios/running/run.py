@@ -24,7 +24,7 @@ from scenarios.running.checkpoint import Checkpoints, Kept, read, write
 from scenarios.running.session import Session
 from scenarios.scene.parse import parse
 from scenarios.scene.schema import Scenario
-from softbody_core import SoftBodyError, Work
+from softbody_core import SimulationError, Work
 
 COMPLETED: Final = "completed"
 
@@ -222,7 +222,7 @@ def _run(
                 write(checkpoints.path, session.kept(said, about))
             if options.progress is not None:
                 options.progress(Progress(time, duration, session.wall_time, session.work))
-    except (SoftBodyError, KeyboardInterrupt) as error:
+    except (SimulationError, KeyboardInterrupt) as error:
         if session.reached == 0:
             raise
         failure = error

@@ -11,8 +11,8 @@ import msgspec
 from cosim import UnitError, quantity
 from cosim.errors import nearest
 from scenarios.errors import ScenarioError
-from softbody_core import ParameterError, SoftBodyError
-from softbody_core.parameters import Quantity, quantities_of
+from softbody_core import ParameterError, SimulationError
+from softbody_core.ground.parameters import Quantity, quantities_of
 
 T = TypeVar("T")
 
@@ -73,7 +73,7 @@ def decode(kind: type[T], data: object, path: str) -> T:
     }
     try:
         return kind(**decoded)
-    except SoftBodyError as error:
+    except SimulationError as error:
         raise ScenarioError(f"{path}: {error}") from error
 
 

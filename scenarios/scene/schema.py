@@ -14,8 +14,8 @@ from softbody_core import Contact, Inputs, Weights
 from softbody_core.constraints import Constraint
 from softbody_core.forces import Force
 from softbody_core.forces.gravity import STANDARD_GRAVITY
+from softbody_core.ground.parameters import Parameters, Quantity
 from softbody_core.integrators import Integrator
-from softbody_core.parameters import Parameters, Quantity
 
 ControllerValue = float | int | bool | str
 Vector = tuple[float, float, float]

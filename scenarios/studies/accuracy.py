@@ -15,7 +15,7 @@ from scenarios.errors import ScenarioError
 from scenarios.running.run import Progress, run
 from scenarios.scene.schema import Scenario
 from scenarios.studies.trade.reference import volume_error
-from softbody_core import SoftBodyError, Work
+from softbody_core import SimulationError, Work
 
 Integrator = Mapping[str, Any]
 
@@ -63,7 +63,7 @@ class Pick:
         return ", ".join([self.integrator["method"], *options])
 
 
-class _Dearer(SoftBodyError):
+class _Dearer(SimulationError):
     """A run costs more than another that is good enough."""
 
 
@@ -130,7 +130,7 @@ def pick(
         for candidate in family:  # from coarse to fine, until one is good enough, or too dear
             try:
                 dataset = _pilot(breath, candidate, watch, lowest)
-            except SoftBodyError as failure:
+            except SimulationError as failure:
                 if isinstance(failure.__cause__, KeyboardInterrupt):
                     raise
                 tried.append((candidate, float("nan"), float("nan")))

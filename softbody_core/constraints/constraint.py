@@ -6,15 +6,13 @@ from abc import ABC, abstractmethod
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from softbody_core.ground.arrays import Booleans, Floats
 from softbody_core.mesh import SurfaceMesh
 from softbody_core.observation import Observation
 from softbody_core.rigid import RigidBody
 from softbody_core.state import State
 from softbody_core.weights import Weights
-
-Floats = NDArray[np.float64]
 
 
 class Constraint:
@@ -29,7 +27,7 @@ class Constraint:
         """Rigid bodies that the constraint puts around the body."""
         return ()
 
-    def held(self, mesh: SurfaceMesh) -> NDArray[np.bool_]:
+    def held(self, mesh: SurfaceMesh) -> Booleans:
         """Return True for each point that stays where it rests, shape (n,)."""
         return np.zeros(mesh.n_points, dtype=np.bool_)
 

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
-from numpy.typing import NDArray
 
 from softbody_core.constraints.constraint import Constraint
-from softbody_core.errors import ParameterError
+from softbody_core.ground.arrays import Booleans
+from softbody_core.ground.errors import ParameterError
+from softbody_core.ground.parameters import Parameters, Quantity
 from softbody_core.mesh import SurfaceMesh
-from softbody_core.parameters import Parameters, Quantity
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class PinnedPoints(Constraint):
 
     indices: tuple[int, ...]
 
-    def held(self, mesh: SurfaceMesh) -> NDArray[np.bool_]:
+    def held(self, mesh: SurfaceMesh) -> Booleans:
         """Return True for each pinned point."""
         if not all(isinstance(i, int | np.integer) for i in self.indices):
             raise ParameterError(f"PinnedPoints: indices = {self.indices}: expected whole numbers")
@@ -53,7 +53,7 @@ class PinnedTop(Parameters, Constraint):
 
     share: Annotated[float, Quantity("1", above=0)] = 0.015
 
-    def held(self, mesh: SurfaceMesh) -> NDArray[np.bool_]:
+    def held(self, mesh: SurfaceMesh) -> Booleans:
         """Return True for each of the highest points."""
         if self.share >= 1:
             raise ParameterError(

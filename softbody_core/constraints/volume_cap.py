@@ -6,16 +6,15 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from softbody_core.configuration import Configuration
 from softbody_core.constraints.constraint import Constraint, Restraint
-from softbody_core.errors import DivergenceError, ParameterError
+from softbody_core.errors import DivergenceError
+from softbody_core.ground.arrays import Floats
+from softbody_core.ground.errors import ParameterError
+from softbody_core.ground.parameters import Parameters, Quantity
 from softbody_core.mesh import SurfaceMesh
-from softbody_core.parameters import Parameters, Quantity
 from softbody_core.state import State
-
-Floats = NDArray[np.float64]
 
 _MOST_ITERATIONS: Final = 20
 

@@ -11,9 +11,9 @@ from typing import Annotated, Literal, get_args
 import numpy as np
 
 from softbody_core.constraints.constraint import Constraint
-from softbody_core.errors import ParameterError
+from softbody_core.ground.errors import ParameterError
+from softbody_core.ground.parameters import Parameters, Quantity
 from softbody_core.observation import Observation
-from softbody_core.parameters import Parameters, Quantity
 from softbody_core.weights import Weights
 
 WeightName = Literal["alpha", "beta", "gamma", "delta"]

@@ -7,9 +7,8 @@ rtree takes twenty times that, and is off by 30 µm there (``benchmarks/closest_
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from softbody_core.ground.arrays import Booleans, Floats, Integers
 
 
 class ClosestPoint:
@@ -23,7 +22,7 @@ class ClosestPoint:
         Its triangles.
     """
 
-    def __init__(self, points: Floats, triangles: NDArray[np.int64]) -> None:
+    def __init__(self, points: Floats, triangles: Integers) -> None:
         import igl  # here, so that a scene without obstacles does not load it
 
         self._points = np.ascontiguousarray(points)
@@ -46,7 +45,7 @@ class ClosestPoint:
         np.maximum(beyond, 0.0, out=beyond)
         return np.asarray(np.sqrt(np.einsum("ck,ck->k", beyond, beyond)))
 
-    def inside(self, points: Floats) -> NDArray[np.bool_]:
+    def inside(self, points: Floats) -> Booleans:
         """True for points within the material, shape (k,)."""
         winding = self._winding_number(
             self._points, self._triangles, np.ascontiguousarray(points.T)

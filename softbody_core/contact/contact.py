@@ -6,20 +6,19 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Final, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from softbody_core.configuration import norms
 from softbody_core.constraints.constraint import Constraint, Restraint
 from softbody_core.contact.closest_point import ClosestPoint
 from softbody_core.contact.impulses import Touching, strike_fixed, strike_free
 from softbody_core.contact.sweep import Look, Reached, Sweep
-from softbody_core.errors import ParameterError, SqueezedError
+from softbody_core.errors import SqueezedError
+from softbody_core.ground.arrays import Booleans, Floats
+from softbody_core.ground.errors import ParameterError
+from softbody_core.ground.parameters import Parameters, Quantity
 from softbody_core.mesh import SurfaceMesh
-from softbody_core.parameters import Parameters, Quantity
 from softbody_core.rigid import RigidBody
 from softbody_core.state import RigidState, State
-
-Floats = NDArray[np.float64]
 
 _MOST_ROUNDS: Final = 8
 """Times that all obstacles are gone through, where one pushes a point towards another."""
@@ -66,9 +65,7 @@ class BoundContact(Restraint):
 
     last = True
 
-    def __init__(
-        self, law: Contact, mesh: SurfaceMesh, masses: Floats, free: NDArray[np.bool_]
-    ) -> None:
+    def __init__(self, law: Contact, mesh: SurfaceMesh, masses: Floats, free: Booleans) -> None:
         self._law = law
         self._points = np.flatnonzero(free)
         self._all_free = bool(free.all())

@@ -15,13 +15,11 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from softbody_core.configuration import norms
+from softbody_core.ground.arrays import Floats
 from softbody_core.rigid import RigidBody
 from softbody_core.state import RigidState
-
-Floats = NDArray[np.float64]
 
 _MOST_ITERATIONS: Final = 50
 

@@ -12,12 +12,10 @@ from __future__ import annotations
 from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from softbody_core.configuration import norms
 from softbody_core.contact.closest_point import ClosestPoint
-
-Floats = NDArray[np.float64]
+from softbody_core.ground.arrays import Floats, Integers
 
 _CLOSE: Final = 2.0
 """Distance over the thickness below which the wall is taken for a plane."""
@@ -69,7 +67,7 @@ class Reached(NamedTuple):
     """
 
     positions: Floats
-    stopped: NDArray[np.int64]
+    stopped: Integers
     normals: Floats
     slid: Floats
 
@@ -129,7 +127,7 @@ class Sweep:
         goal[:, reached.stopped] -= share * reached.slid
         return self(reached.positions, goal).positions
 
-    def _follow(self, points: NDArray[np.int64], start: Floats, goal: Floats) -> Reached:
+    def _follow(self, points: Integers, start: Floats, goal: Floats) -> Reached:
         """Carry chosen points; the indices of the result count among them."""
         thickness = self._thickness
         reached, met_at, normals = start.copy(), goal.copy(), np.zeros_like(start)
@@ -164,7 +162,7 @@ class Sweep:
         slid -= np.einsum("ck,ck->k", slid, normals) * normals
         return Reached(reached, np.flatnonzero(ended), normals[:, ended], slid[:, ended])
 
-    def _look_again(self, points: NDArray[np.int64], here: Floats) -> tuple[Floats, ...]:
+    def _look_again(self, points: Integers, here: Floats) -> tuple[Floats, ...]:
         """Surroundings of chosen points, seen from no further than a part of the thickness."""
         look = self._known(here)
         moved = norms(here - look.place[:, points])

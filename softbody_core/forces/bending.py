@@ -13,17 +13,14 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from softbody_core.configuration import Configuration, cross, scatter, take
 from softbody_core.forces.force import BoundForce, Rates, Tangent, blocks
+from softbody_core.ground.arrays import Floats, Integers
+from softbody_core.ground.parameters import Parameters, Quantity
 from softbody_core.mesh import SurfaceMesh, difference_operator, per_component
-from softbody_core.parameters import Parameters, Quantity
 from softbody_core.state import Inputs
 from softbody_core.weights import Control
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 _COLLAPSED = 1e-6
 """Length, and area, over that at rest, below which a triangle turns no more: it has no normal."""

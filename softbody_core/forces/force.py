@@ -14,14 +14,12 @@ from typing import ClassVar, NamedTuple, Protocol
 import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg
-from numpy.typing import NDArray
 
 from softbody_core.configuration import Configuration
+from softbody_core.ground.arrays import Floats
 from softbody_core.mesh import SurfaceMesh
 from softbody_core.state import Inputs
 from softbody_core.weights import Control
-
-Floats = NDArray[np.float64]
 
 
 class RankOne(NamedTuple):

@@ -6,16 +6,14 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from softbody_core.configuration import Configuration
 from softbody_core.forces.force import BoundForce
+from softbody_core.ground.arrays import Floats
+from softbody_core.ground.parameters import Parameters, Quantity
 from softbody_core.mesh import SurfaceMesh
-from softbody_core.parameters import Parameters, Quantity
 from softbody_core.state import Inputs
 from softbody_core.weights import Control
-
-Floats = NDArray[np.float64]
 
 STANDARD_GRAVITY = 9.80665
 """Acceleration of free fall, m/s² (3rd CGPM, 1901)."""

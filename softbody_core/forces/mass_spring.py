@@ -8,16 +8,14 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from softbody_core.configuration import Configuration, scatter
 from softbody_core.forces.force import BoundForce, Rates, Tangent, blocks, largest_eigenvalue
+from softbody_core.ground.arrays import Floats
+from softbody_core.ground.parameters import Parameters, Quantity
 from softbody_core.mesh import SurfaceMesh, per_component
-from softbody_core.parameters import Parameters, Quantity
 from softbody_core.state import Inputs
 from softbody_core.weights import Control
-
-Floats = NDArray[np.float64]
 
 _TINY = np.finfo(np.float64).tiny
 """Stands for a length of zero, so that a direction without length becomes zero."""

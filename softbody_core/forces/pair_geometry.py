@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from softbody_core.configuration import norms, scatter, take
+from softbody_core.ground.arrays import Floats
 from softbody_core.mesh import difference_operator, per_component
 from softbody_core.neighbours import Pairs
-
-Floats = NDArray[np.float64]
 
 
 class PairGeometry:

@@ -11,18 +11,16 @@ from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from softbody_core.configuration import Configuration
 from softbody_core.forces.force import BoundForce, Rates, Tangent
 from softbody_core.forces.pair_geometry import PairGeometry
+from softbody_core.ground.arrays import Floats
+from softbody_core.ground.parameters import Parameters, Quantity
 from softbody_core.mesh import SurfaceMesh
 from softbody_core.neighbours import NeighbourList
-from softbody_core.parameters import Parameters, Quantity
 from softbody_core.state import Inputs
 from softbody_core.weights import Control
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from softbody_core.ground.arrays import Floats
 
 _REGULARIZATION = 1e-10
 """Of the squared length of each difference: keeps directions that repeat from being amplified."""

@@ -8,12 +8,10 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg
-from numpy.typing import NDArray
 
+from softbody_core.ground.arrays import Floats
 from softbody_core.integrators.integrator import Work
 from softbody_core.model import SoftBodyModel
-
-Floats = NDArray[np.float64]
 
 _KEPT_FACTORIZATIONS = 8
 

@@ -6,11 +6,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from softbody_core.ground.arrays import Floats
 from softbody_core.integrators.equilibrium import Balance, Shapes, Station
-
-Floats = NDArray[np.float64]
 
 _SAME_RECOIL = 1e-3
 """Difference of the recoil, over its scale, that is overlooked."""

@@ -9,17 +9,15 @@ from dataclasses import dataclass
 from typing import Annotated, NamedTuple, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from softbody_core.configuration import Configuration
 from softbody_core.errors import StepLimitError
+from softbody_core.ground.arrays import Floats
+from softbody_core.ground.parameters import Parameters, Quantity
 from softbody_core.integrators.integrator import Stepper, Work
 from softbody_core.model import SoftBodyModel
-from softbody_core.parameters import Parameters, Quantity
 from softbody_core.stability import check_finite, check_volume, largest_stable_step
 from softbody_core.state import Inputs, State
-
-Floats = NDArray[np.float64]
 
 RECHECK = 64
 """Substeps after which the stability limit is estimated anew."""

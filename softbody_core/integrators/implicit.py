@@ -8,17 +8,15 @@ from dataclasses import dataclass
 from typing import Annotated, Final, NamedTuple, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from softbody_core.errors import StepLimitError
+from softbody_core.ground.arrays import Floats
+from softbody_core.ground.parameters import Parameters, Quantity
 from softbody_core.integrators.integrator import Stepper, Work
 from softbody_core.integrators.quasi_newton import Linearization, QuasiNewton, Stage
 from softbody_core.model import SoftBodyModel
-from softbody_core.parameters import Parameters, Quantity
 from softbody_core.stability import check_finite, check_volume
 from softbody_core.state import Inputs, State
-
-Floats = NDArray[np.float64]
 
 _SMALLEST_SHARE: Final = 2.0**-30
 _LONGEST_WAIT: Final = 64

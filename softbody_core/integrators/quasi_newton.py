@@ -15,18 +15,15 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from softbody_core.configuration import Configuration
 from softbody_core.forces.force import RankOne
+from softbody_core.ground.arrays import Floats
 from softbody_core.integrators.anderson import Anderson
 from softbody_core.integrators.constant_operator import ConstantOperator
 from softbody_core.integrators.integrator import Work
 from softbody_core.model import SoftBodyModel
 from softbody_core.state import Inputs
-
-Floats = NDArray[np.float64]
-
 
 _MEMORY = 5
 

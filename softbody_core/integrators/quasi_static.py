@@ -11,11 +11,11 @@ from scipy.optimize import brentq
 
 from softbody_core.configuration import Configuration
 from softbody_core.errors import DivergenceError
+from softbody_core.ground.parameters import Parameters, Quantity
 from softbody_core.integrators.equilibrium import Balance, Shapes
 from softbody_core.integrators.equilibrium_path import EquilibriumPath, Trail
 from softbody_core.integrators.integrator import Stepper, Work
 from softbody_core.model import SoftBodyModel
-from softbody_core.parameters import Parameters, Quantity
 from softbody_core.stability import CALMER, LARGEST_VOLUME_RATIO, check_finite, diverged_volume
 from softbody_core.state import Inputs, State
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import cast
 
 from softbody_core.constraints import Restraint
-from softbody_core.errors import ParameterError
+from softbody_core.ground.errors import ParameterError
 from softbody_core.integrators.integrator import Integrator, Stepper
 from softbody_core.model import SoftBodyModel
 from softbody_core.state import Inputs, State

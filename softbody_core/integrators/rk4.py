@@ -7,16 +7,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-from numpy.typing import NDArray
-
 from softbody_core.configuration import Configuration
+from softbody_core.ground.arrays import Floats
 from softbody_core.integrators.explicit import ExplicitParameters, ExplicitStepper, Moment
 from softbody_core.integrators.integrator import Stepper
 from softbody_core.model import SoftBodyModel
 from softbody_core.state import Inputs, State
-
-Floats = NDArray[np.float64]
 
 STABLE_RADIUS = 2.6
 """The stability region holds the left half of a disc of this radius (its edge is at 2.615)."""

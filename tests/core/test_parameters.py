@@ -19,7 +19,7 @@ from softbody_core import (
     ball,
 )
 from softbody_core.forces import FORCES
-from softbody_core.parameters import Quantity, quantities_of
+from softbody_core.ground.parameters import Quantity, quantities_of
 
 
 @given(alpha=st.floats(max_value=0))

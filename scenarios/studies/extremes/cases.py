@@ -27,7 +27,7 @@ from softbody_core import (
 )
 from softbody_core.constraints import Constraint
 from softbody_core.forces import Force
-from softbody_core.parameters import quantities_of
+from softbody_core.ground.parameters import quantities_of
 
 STEPS: Final = 3
 """Communication steps of a case."""

@@ -16,8 +16,8 @@ from scenarios.studies.extremes.limits import stability_limits
 from scenarios.studies.extremes.trial import Trial, try_case
 from scenarios.studies.extremes.verdict import Outcome, Reference, Verdict, judge, refer
 from softbody_core import INTEGRATORS
+from softbody_core.ground.parameters import quantities_of
 from softbody_core.integrators import Integrator
-from softbody_core.parameters import quantities_of
 
 _WORK_LIMITS: Final = {"max_substeps": 2_000, "max_steps": 1_000}
 """Where a scheme has such a limit: less than its default, since the map has many trials."""

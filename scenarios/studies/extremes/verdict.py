@@ -11,7 +11,7 @@ import numpy as np
 
 from scenarios.studies.extremes.cases import Case
 from scenarios.studies.extremes.trial import OverTime, Trial, try_case
-from softbody_core import SDIRK2, SoftBodyError
+from softbody_core import SDIRK2, SimulationError
 from softbody_core.stability import LARGEST_VOLUME_RATIO
 
 RIGHT_WITHIN: Final = 0.01
@@ -66,7 +66,7 @@ def refer(case: Case, seconds: float) -> Reference:
     """
     try:
         own = case.in_own_units()
-    except SoftBodyError as error:
+    except SimulationError as error:
         return Reference(None, named(error))
     runs: list[Trial] = []
     for tolerance in _TOLERANCES:
@@ -99,7 +99,7 @@ def judge(trial: Trial, reference: Reference) -> Verdict:
     failure = trial.failure
     if isinstance(failure, OverTime):
         return Verdict(Outcome.DEFECT, f"over time: still at work after {trial.wall_time:.1f} s")
-    if failure is not None and not isinstance(failure, SoftBodyError):
+    if failure is not None and not isinstance(failure, SimulationError):
         return Verdict(Outcome.DEFECT, f"not an error of this project: {named(failure)}")
     if not trial.finite:
         return Verdict(Outcome.DEFECT, "the body is left with numbers that are not finite")

@@ -18,7 +18,7 @@ from scenarios.results.files import save
 from scenarios.running.run import COMPLETED, Progress, portable, run, versions
 from scenarios.scene.parse import parse
 from scenarios.scene.schema import Scenario
-from softbody_core import SoftBodyError, Weights
+from softbody_core import SimulationError, Weights
 
 GLASS: Final = {letter: f"glass-{letter.lower()}" for letter in "ABCDEF"}
 """Experiments of Table 1."""
@@ -65,7 +65,7 @@ class Scenes:
     cycles: str | None = None
     fresh: bool = False
     datasets: dict[str, xr.Dataset] = field(default_factory=dict)
-    failures: dict[str, SoftBodyError] = field(default_factory=dict)
+    failures: dict[str, SimulationError] = field(default_factory=dict)
 
     def path(self, name: str) -> Path:
         """Where a scene's dataset is kept."""
@@ -109,7 +109,7 @@ class Scenes:
             self.datasets[name] = self._run(name, scenario, tell) if kept is None else kept
         except OutputError:
             raise
-        except SoftBodyError as error:
+        except SimulationError as error:
             if isinstance(error.__cause__, KeyboardInterrupt):
                 raise
             self.failures[name] = error

@@ -16,7 +16,7 @@ from scenarios.studies.paper.finding import Finding, Statement
 from scenarios.studies.paper.glass import BALL
 from scenarios.studies.paper.lungs import LUNGS
 from scenarios.studies.paper.scenes import Datasets
-from softbody_core import SoftBodyError
+from softbody_core.ground.errors import SimulationError
 
 STATEMENTS: Final = (*BALL, *LUNGS)
 _REASON: Final = 100
@@ -31,14 +31,14 @@ class Verdict:
     finding: Finding
 
 
-def judge(datasets: Datasets, failures: Mapping[str, SoftBodyError]) -> list[Verdict]:
+def judge(datasets: Datasets, failures: Mapping[str, SimulationError]) -> list[Verdict]:
     """Look at each statement whose scenes are there, or one of whose scenes failed.
 
     Parameters
     ----------
     datasets : mapping of str to xr.Dataset
         What has come of the scenes.
-    failures : mapping of str to SoftBodyError
+    failures : mapping of str to SimulationError
         Why a scene has no dataset. No statement on such a scene holds.
 
     Returns
@@ -55,7 +55,7 @@ def judge(datasets: Datasets, failures: Mapping[str, SoftBodyError]) -> list[Ver
 
 
 def _find(
-    statement: Statement, datasets: Datasets, failures: Mapping[str, SoftBodyError]
+    statement: Statement, datasets: Datasets, failures: Mapping[str, SimulationError]
 ) -> Finding:
     failed = [
         f"{scene} failed: {shorten(str(failures[scene]), _REASON, placeholder=' …')}"

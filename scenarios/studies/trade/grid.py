@@ -17,7 +17,7 @@ from scenarios.studies.trade.axes import Value, axis_values, finest, named, put_
 from scenarios.studies.trade.order import convergence_order
 from scenarios.studies.trade.reference import PARTS, reference, run_finely, volume_error
 from scenarios.studies.trade.result import describe_reference, empty, record
-from softbody_core import SoftBodyError
+from softbody_core.ground.errors import SimulationError
 
 MEANS_NOTHING: Final = "this axis means nothing to this scheme"
 STOPPED: Final = "stopped"
@@ -45,7 +45,7 @@ class GridProgress:
 Watch = Callable[[GridProgress], None]
 
 
-class _TooSlow(SoftBodyError):
+class _TooSlow(SimulationError):
     """A cell took longer than it may."""
 
 
@@ -159,7 +159,7 @@ class _Grid:
                 try:
                     dataset = run(cell, progress=self._show(name, self._limit))
                     record(self.result, index, dataset, self._reference)
-                except SoftBodyError as error:
+                except SimulationError as error:
                     if isinstance(error.__cause__, KeyboardInterrupt):
                         raise
                     slow = isinstance(error.__cause__, _TooSlow)

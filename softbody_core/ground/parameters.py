@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any, cast, get_args, get_type_hints
 
-from softbody_core.errors import ParameterError
+from softbody_core.ground.errors import ParameterError
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,1 @@
+"""What every floor stands on: the base of the errors, parameters with units, types of arrays."""
