@@ -6,36 +6,6 @@
 True
 """
 
-from scenarios.errors import CheckpointError, OutputError, RunError, ScenarioError
-from scenarios.results.analysis import Compartment, breaths, fit_compartment
-from scenarios.results.plots import overview
-from scenarios.running.checkpoint import Checkpoints
-from scenarios.running.run import Progress, resume, run
-from scenarios.scene.catalogue import load, names
-from scenarios.scene.schema import Scenario
-from scenarios.studies.trade.grid import GridProgress, trade
-from scenarios.studies.trade.reference import reference, volume_error
-from softbody_core.ground.errors import SimulationError
+import lazy_loader
 
-__all__ = [
-    "CheckpointError",
-    "Checkpoints",
-    "Compartment",
-    "GridProgress",
-    "OutputError",
-    "Progress",
-    "RunError",
-    "Scenario",
-    "ScenarioError",
-    "SimulationError",
-    "breaths",
-    "fit_compartment",
-    "load",
-    "names",
-    "overview",
-    "reference",
-    "resume",
-    "run",
-    "trade",
-    "volume_error",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -20,9 +20,9 @@ from cosim.controllers import CONTROLLERS, controller_fmu
 from cosim.errors import nearest
 from cosim.matching import PortName, match
 from scenarios.errors import ScenarioError
-from scenarios.scene.catalogue import MESHES
 from scenarios.scene.decode import choose
 from scenarios.scene.schema import Controller, Mesh, Obstacle, Scenario
+from scenarios.scene.shipped import MESHES
 from softbody_core import (
     ParameterError,
     RigidBody,

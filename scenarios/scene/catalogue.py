@@ -1,4 +1,4 @@
-"""The scenarios that ship, and how to load one by name or from a file."""
+"""Scenarios by name or from a file."""
 
 from __future__ import annotations
 
@@ -8,26 +8,9 @@ from typing import Any
 
 from cosim.errors import nearest
 from scenarios.errors import ScenarioError
-from scenarios.scene.parse import parse, read_toml, variants_of
+from scenarios.scene.parse import parse
 from scenarios.scene.schema import Scenario
-
-_FOLDER = Path(__file__).parents[1] / "library"
-MESHES = Path(__file__).parents[1] / "meshes"
-
-
-def names() -> list[str]:
-    """Return the names of the scenarios that ship, variants included."""
-    return sorted(_catalogue())
-
-
-def _catalogue() -> dict[str, tuple[Path, str | None]]:
-    """File and variant of each name: variant "a" of lung.toml is named lung-a."""
-    catalogue: dict[str, tuple[Path, str | None]] = {}
-    for path in _FOLDER.glob("*.toml"):
-        catalogue[path.stem] = path, None
-        for variant in variants_of(read_toml(path.stem, path.read_text(encoding="utf-8"))):
-            catalogue[f"{path.stem}-{variant}"] = path, variant
-    return catalogue
+from scenarios.scene.shipped import LIBRARY, shipped
 
 
 def load(name_or_path: str | Path, changes: Mapping[str, Any] | None = None) -> Scenario:
@@ -58,10 +41,10 @@ def load(name_or_path: str | Path, changes: Mapping[str, Any] | None = None) -> 
             reason = getattr(error, "strerror", None) or "it is no UTF-8 text"
             raise ScenarioError(f"scenario {path} cannot be read: {reason}") from error
         return parse(path.stem, text, path.resolve().parent, changes)
-    name, catalogue = str(name_or_path), _catalogue()
+    name, catalogue = str(name_or_path), shipped()
     if name not in catalogue:
         raise ScenarioError(
             f"no scenario is named {name!r}; {nearest(name, catalogue)}. A file ends in .toml"
         )
-    path, variant = catalogue[name]
-    return parse(name, path.read_text(encoding="utf-8"), _FOLDER, changes, variant)
+    path, variant, _ = catalogue[name]
+    return parse(name, path.read_text(encoding="utf-8"), LIBRARY, changes, variant)
