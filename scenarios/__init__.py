@@ -12,7 +12,7 @@ from scenarios.results.plots import overview
 from scenarios.running.checkpoint import Checkpoints
 from scenarios.running.run import Progress, resume, run
 from scenarios.scene.catalogue import load, names
-from scenarios.scene.schema import Scenario
+from scenarios.scene.scenario import Scenario
 from scenarios.studies.trade.grid import GridProgress, trade
 from scenarios.studies.trade.reference import reference, volume_error
 

@@ -21,8 +21,10 @@ from cosim.errors import nearest
 from cosim.matching import PortName, match
 from scenarios.errors import ScenarioError
 from scenarios.scene.catalogue import MESHES
-from scenarios.scene.decode import choose
-from scenarios.scene.schema import Controller, Mesh, Obstacle, Scenario
+from scenarios.scene.controller import Controller
+from scenarios.scene.scenario import Scenario
+from scenarios.scene.schema import Mesh, Obstacle
+from scenarios.scene.tables import choose
 from softbody_core import (
     ParameterError,
     RigidBody,

@@ -8,7 +8,8 @@ from typing import Final
 
 from scenarios.errors import ScenarioError
 from scenarios.scene.catalogue import MESHES
-from scenarios.scene.schema import Mesh, Scenario
+from scenarios.scene.scenario import Scenario
+from scenarios.scene.schema import Mesh
 
 _ICOSPHERES: Final = {10 * 4**level + 2: level for level in range(7)}
 """Subdivisions of an icosphere by its number of points."""
