@@ -6,7 +6,7 @@ from .results.plots import overview
 from .running.checkpoint import Checkpoints
 from .running.run import Progress, resume, run
 from .scene.catalogue import load
-from .scene.schema import Scenario
+from .scene.scenario import Scenario
 from .scene.shipped import names
 from .studies.trade.grid import GridProgress, trade
 from .studies.trade.reference import reference, volume_error

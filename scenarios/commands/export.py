@@ -14,7 +14,7 @@ from scenarios.export.body import export_fmu
 from scenarios.export.system import export_ssp
 from scenarios.results.files import check_writable
 from scenarios.running.run import with_controller
-from scenarios.scene.decode import choose
+from scenarios.scene.tables import choose
 
 export_app = App(
     name="export", help="For other co-simulation tools: a scenario's body as an FMU, or all of it."

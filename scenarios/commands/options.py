@@ -9,7 +9,7 @@ from typing import Any
 from cosim import UnitError, quantity
 from scenarios.errors import ScenarioError
 from scenarios.scene.catalogue import load
-from scenarios.scene.schema import Scenario
+from scenarios.scene.scenario import Scenario
 
 
 def chosen(scenario: str, assignments: Sequence[str], cycles: str | None = None) -> Scenario:

@@ -15,7 +15,7 @@ from rich.table import Table
 from cosim import UnitError, quantity
 from scenarios.results.analysis import breaths
 from scenarios.running.run import Progress as RunProgress
-from scenarios.scene.schema import Controller
+from scenarios.scene.controller import Controller
 
 _COLUMNS: Final = {
     "end-insp. (L)": "end_inspiratory_volume",

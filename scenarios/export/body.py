@@ -15,7 +15,7 @@ from scenarios.errors import ScenarioError
 from scenarios.export.packing import pack, shim
 from scenarios.export.parameters import exported_parameters
 from scenarios.running.assemble import build_body
-from scenarios.scene.schema import Scenario
+from scenarios.scene.scenario import Scenario
 from softbody_core import Inputs
 from softbody_core.ground.parameters import quantities_of
 

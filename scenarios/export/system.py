@@ -24,7 +24,8 @@ from cosim.matching import with_units
 from scenarios.errors import ScenarioError
 from scenarios.export.body import export_fmu
 from scenarios.running.assemble import build_body, connect, controller_path
-from scenarios.scene.schema import Controller, Scenario
+from scenarios.scene.controller import Controller
+from scenarios.scene.scenario import Scenario
 
 
 def export_ssp(scenario: Scenario, path: Path) -> list[str]:

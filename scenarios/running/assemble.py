@@ -20,9 +20,11 @@ from cosim.controllers import CONTROLLERS, controller_fmu
 from cosim.errors import nearest
 from cosim.matching import PortName, match
 from scenarios.errors import ScenarioError
-from scenarios.scene.decode import choose
-from scenarios.scene.schema import Controller, Mesh, Obstacle, Scenario
+from scenarios.scene.controller import Controller
+from scenarios.scene.scenario import Scenario
+from scenarios.scene.schema import Mesh, Obstacle
 from scenarios.scene.shipped import MESHES
+from scenarios.scene.tables import choose
 from softbody_core import (
     ParameterError,
     RigidBody,

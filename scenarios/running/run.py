@@ -23,7 +23,7 @@ from scenarios.running.assemble import build_participants, controller_path
 from scenarios.running.checkpoint import Checkpoints, Kept, read, write
 from scenarios.running.session import Session
 from scenarios.scene.parse import parse
-from scenarios.scene.schema import Scenario
+from scenarios.scene.scenario import Scenario
 from softbody_core import SimulationError, Work
 
 COMPLETED: Final = "completed"
@@ -200,7 +200,7 @@ def _run(
 ) -> xr.Dataset:
     checkpoints = options.checkpoints
     session = Session(scenario, bodies, fmu, options.positions_every)
-    said = portable(scenario)
+    text = scenario.portable_text
     about: dict[str, Any] = {
         "versions": versions() if kept is None else kept.about["versions"],
         "controller_sha256": None if fmu is None else fmu.sha256,
@@ -219,7 +219,7 @@ def _run(
             time = session.advance()
             steps = session.reached - 1
             if checkpoints is not None and steps and steps % checkpoints.every == 0:
-                write(checkpoints.path, session.kept(said, about))
+                write(checkpoints.path, session.kept(text, about))
             if options.progress is not None:
                 options.progress(Progress(time, duration, session.wall_time, session.work))
     except (SimulationError, KeyboardInterrupt) as error:
@@ -231,7 +231,7 @@ def _run(
     dataset = session.dataset()
     dataset.attrs = {
         "title": scenario.title,
-        "scenario": said.text,
+        "scenario": text,
         "scenario_name": scenario.name,
         "versions": json.dumps(about["versions"]),
         **_controller_attributes(scenario, fmu),
@@ -261,22 +261,6 @@ def _controller_attributes(scenario: Scenario, fmu: FmuParticipant | None) -> di
     if fmu.log.warnings:
         attributes["controller_warnings"] = "\n".join(fmu.log.warnings)
     return attributes
-
-
-def portable(scenario: Scenario) -> Scenario:
-    """Return the scenario with paths that hold wherever its text is saved."""
-    changes = {}
-    owners = {f"bodies.{name}.": own for name, own in scenario.bodies.items()} or {"": scenario}
-    for where, own in owners.items():
-        if own.mesh.file is not None:
-            changes[f"{where}mesh.file"] = str(scenario.folder / own.mesh.file)
-    for obstacle in scenario.obstacles:
-        if obstacle.mesh.file is not None:
-            path = str(scenario.folder / obstacle.mesh.file)
-            changes[f"obstacles.{obstacle.name}.mesh.file"] = path
-    if scenario.controller is not None and scenario.controller.use.endswith(".fmu"):
-        changes["controller.use"] = str(scenario.folder / scenario.controller.use)
-    return scenario.changed(changes) if changes else scenario
 
 
 def versions() -> dict[str, str]:

@@ -14,7 +14,7 @@ from scenarios.running.assemble import connect
 from scenarios.running.checkpoint import Kept
 from scenarios.running.snapshots import Snapshots
 from scenarios.running.variables import variables_of
-from scenarios.scene.schema import Scenario
+from scenarios.scene.scenario import Scenario
 from softbody_core import Work
 
 
@@ -47,7 +47,7 @@ class Session:
         fmu: FmuParticipant | None,
         positions_every: float | None,
     ) -> None:
-        self._bodies, self._fmu = bodies, fmu
+        self._name, self._bodies, self._fmu = scenario.name, bodies, fmu
         self.participants: list[Participant] = [*([] if fmu is None else [fmu]), *bodies]
         connections = []
         if fmu is not None and scenario.controller is not None:
@@ -96,15 +96,15 @@ class Session:
             dataset = snapshots.add_to(dataset)
         return dataset
 
-    def kept(self, scenario: Scenario, about: Mapping[str, Any]) -> Kept:
-        """All that a checkpoint holds; `scenario` is the one to read again."""
+    def kept(self, text: str, about: Mapping[str, Any]) -> Kept:
+        """All that a checkpoint holds; `text` is the scenario's."""
         warnings = [] if self._fmu is None else self._fmu.log.warnings
         arrays = {"recorded": self._recorder.kept()}
         for snapshots in self._snapshots:
             arrays |= snapshots.kept()
         return Kept(
-            scenario.name,
-            scenario.text,
+            self._name,
+            text,
             self._simulation.dump(),
             arrays,
             {**about, "wall_time": self.wall_time, "warnings": list(warnings)},

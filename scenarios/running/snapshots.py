@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from scenarios.errors import ScenarioError
-from scenarios.scene.schema import Scenario
+from scenarios.scene.scenario import Scenario
 from softbody_core import SoftBody
 
 

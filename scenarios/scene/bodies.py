@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from copy import deepcopy
 from typing import Any, Final
 
 from scenarios.errors import ScenarioError
-from scenarios.scene.decode import refuse_unknown, table
+from scenarios.scene.tables import merge, refuse_unknown, table
 
-_OWN: Final = ("mesh", "body", "forces", "constraints", "integrator")
+_SPECIAL: Final = ("mesh", "body", "forces", "constraints", "integrator")
 """Tables that a body may have of its own."""
 
 _NAME: Final = re.compile(r"[a-z][a-z0-9]*")
@@ -33,34 +32,22 @@ def members(data: Mapping[str, Any], known: Sequence[str]) -> dict[str, dict[str
         For fewer than two bodies, a name that does not do, or a table that bodies share.
     """
     refuse_unknown(data, ["title", "bodies", *known], "")
-    own = table(data["bodies"], "bodies")
-    if len(own) < 2:
+    changes_of = table(data["bodies"], "bodies")
+    if len(changes_of) < 2:
         raise ScenarioError(
             f"bodies: expected two tables or more, like [bodies.left] and [bodies.right]; got "
-            f"{', '.join(own) or 'none'}. One body needs no table of its own"
+            f"{', '.join(changes_of) or 'none'}. One body needs no table of its own"
         )
     if "obstacles" in data:
         raise ScenarioError("obstacles: a scenario with several bodies takes none")
     shared = {key: value for key, value in data.items() if key != "bodies"}
-    found = {}
-    for name, changes in own.items():
+    tables = {}
+    for name, changes in changes_of.items():
         if not _NAME.fullmatch(name) or name in _TAKEN:
             raise ScenarioError(
                 f"bodies.{name}: expected a name of small letters and digits, other than "
                 f"{' and '.join(_TAKEN)}: the variables of the dataset begin with it"
             )
-        refuse_unknown(table(changes, f"bodies.{name}"), list(_OWN), f"bodies.{name}")
-        found[name] = _merged(shared, changes)
-    return found
-
-
-def _merged(shared: Mapping[str, Any], own: Mapping[str, Any]) -> dict[str, Any]:
-    """Tables of both, value by value; where both have a value, the body's own."""
-    merged = deepcopy(dict(shared))
-    for key, value in own.items():
-        inside = merged.get(key)
-        if isinstance(inside, dict) and isinstance(value, dict):
-            merged[key] = _merged(inside, value)
-        else:
-            merged[key] = deepcopy(value)
-    return merged
+        refuse_unknown(table(changes, f"bodies.{name}"), list(_SPECIAL), f"bodies.{name}")
+        tables[name] = merge(shared, changes)
+    return tables

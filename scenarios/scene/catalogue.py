@@ -8,8 +8,8 @@ from typing import Any
 
 from cosim.errors import nearest
 from scenarios.errors import ScenarioError
-from scenarios.scene.parse import parse
-from scenarios.scene.schema import Scenario
+from scenarios.scene.parse import parse_draft
+from scenarios.scene.scenario import Draft, Scenario
 from scenarios.scene.shipped import LIBRARY, shipped
 
 
@@ -33,6 +33,11 @@ def load(name_or_path: str | Path, changes: Mapping[str, Any] | None = None) -> 
     ScenarioError
         If there is no such scenario, or it is not as expected.
     """
+    return draft(name_or_path).changed(changes or {}).build()
+
+
+def draft(name_or_path: str | Path) -> Draft:
+    """Read the tables of a scenario; see `load`."""
     path = Path(name_or_path)
     if path.suffix == ".toml":
         try:
@@ -40,11 +45,11 @@ def load(name_or_path: str | Path, changes: Mapping[str, Any] | None = None) -> 
         except (OSError, UnicodeDecodeError) as error:
             reason = getattr(error, "strerror", None) or "it is no UTF-8 text"
             raise ScenarioError(f"scenario {path} cannot be read: {reason}") from error
-        return parse(path.stem, text, path.resolve().parent, changes)
+        return parse_draft(path.stem, text, path.resolve().parent)
     name, catalogue = str(name_or_path), shipped()
     if name not in catalogue:
         raise ScenarioError(
             f"no scenario is named {name!r}; {nearest(name, catalogue)}. A file ends in .toml"
         )
     path, variant, _ = catalogue[name]
-    return parse(name, path.read_text(encoding="utf-8"), LIBRARY, changes, variant)
+    return parse_draft(name, path.read_text(encoding="utf-8"), LIBRARY, variant)

@@ -1,146 +1,120 @@
-"""From plain TOML tables to parameter classes, with units and the path of whatever is wrong."""
+"""From plain tables to dataclasses of dataclasses, with units, and the path of what is wrong."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
-from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeVar
 
-import msgspec
-
-from cosim import UnitError, quantity
-from cosim.errors import nearest
 from scenarios.errors import ScenarioError
-from softbody_core import ParameterError, SimulationError
-from softbody_core.ground.parameters import Quantity, quantities_of
+from scenarios.scene.layout import Place, places_of
+from scenarios.scene.tables import join, refuse_unknown, table
+from scenarios.scene.values import read_value
+from softbody_core import SimulationError
 
 T = TypeVar("T")
 
 
-def table(value: object, path: str) -> dict[str, Any]:
-    """Return `value` if it is a table."""
-    if not isinstance(value, dict):
-        raise ScenarioError(f"{path} = {value!r}: expected a table")
-    return value
+@dataclass(frozen=True)
+class Decoder:
+    """Makes dataclasses of tables.
 
+    Attributes
+    ----------
+    si : bool
+        A number without a unit is in the SI unit of its field, as programs write it. In a file that
+        is an error: there a number that has a unit is text, "375 N/m".
+    """
 
-def choose(name: object, choices: Mapping[str, T], path: str) -> T:
-    """Pick from a table of names."""
-    if not isinstance(name, str) or name not in choices:
-        raise ScenarioError(f"{path} = {name!r}: {nearest(str(name), choices)}")
-    return choices[name]
+    si: bool = False
 
+    def decode(self, kind: type[T], data: object, path: str, /, **given: Any) -> T:
+        """Make a dataclass of a table.
 
-def refuse_unknown(data: Mapping[str, Any], known: list[str], path: str) -> None:
-    """Raise for the first key that is not among the known ones."""
-    for key in data:
-        if key not in known:
-            raise ScenarioError(f"{path}.{key}".lstrip(".") + f" is unknown; {nearest(key, known)}")
+        Parameters
+        ----------
+        kind : type
+            The dataclass.
+        data : object
+            The table.
+        path : str
+            Where it stands, for messages.
+        **given
+            Values of fields that do not stand in the table.
+
+        Raises
+        ------
+        ScenarioError
+            If a key is unknown or missing, or a value does not fit.
+        """
+        values = self.values(kind, data, path, given)
+        try:
+            return kind(**given, **values)
+        except SimulationError as error:
+            raise ScenarioError(f"{path}: {error}") from error
+
+    def values(
+        self, kind: type[Any], data: object, path: str, given: Mapping[str, Any]
+    ) -> dict[str, Any]:
+        """Read the values of a dataclass's fields, of those that stand in the table."""
+        values = table(data, path)
+        places = [place for place in places_of(kind).values() if place.name not in given]
+        beside = _keys_of_shared_tables(places, values, path)
+        refuse_unknown(values, [*(p.key for p in places if p.key), *beside.get("", ())], path)
+        for place in places:
+            if place.required and place.key and place.key not in values:
+                raise ScenarioError(_missing(place, path))
+        present = (place for place in places if not place.key or place.key in values)
+        return {place.name: self.read(place, values, path) for place in present}
+
+    def read(self, place: Place, owner: Mapping[str, Any], path: str) -> Any:
+        """Read the value of one field; `owner` is the table of the dataclass that it belongs to."""
+        where = join(path, place.key)
+        data = owner[place.key] if place.key else owner
+        if place.shared is not None:
+            keys = place.keys(data, where)
+            data = {key: value for key, value in data.items() if key in keys}
+        if place.refusing is not None and place.refusing.key in table(data, where):
+            raise ScenarioError(
+                f"{where}.{place.refusing.key} is unknown; {place.refusing.instead}"
+            )
+        if place.form is not None:
+            return place.form.read(data, where, self.decode)
+        if dataclasses.is_dataclass(place.kind):
+            return self.decode(place.kind, data, where)  # type: ignore[arg-type]
+        return read_value(data, place.kind, place.quantity, where, si=self.si)
 
 
 def decode(kind: type[T], data: object, path: str) -> T:
-    """Make a parameter class of a table.
-
-    Numbers that have a unit are written as text, "375 N/m", and arrive in SI units.
-
-    Parameters
-    ----------
-    kind : type
-        A dataclass.
-    data : object
-        The table.
-    path : str
-        Where it stands, for messages.
-
-    Raises
-    ------
-    ScenarioError
-        If a key is unknown or missing, or a value does not fit.
-    """
-    values = table(data, path)
-    fields = {field.name: field for field in dataclasses.fields(kind)}  # type: ignore[arg-type]
-    refuse_unknown(values, list(fields), path)
-    for name, field in fields.items():
-        required = (
-            field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
-        )
-        if required and name not in values:
-            raise ScenarioError(f"{path}.{name} is missing; expected {_expected(kind, name)}")
-    hints = get_type_hints(kind)
-    decoded = {
-        name: _value(value, hints[name], quantities_of(kind).get(name), f"{path}.{name}")
-        for name, value in values.items()
-    }
-    try:
-        return kind(**decoded)
-    except SimulationError as error:
-        raise ScenarioError(f"{path}: {error}") from error
+    """Make a dataclass of a table, as a file holds it; see `Decoder.decode`."""
+    return Decoder().decode(kind, data, path)
 
 
-def _value(value: Any, hint: Any, expected: Quantity | None, path: str) -> Any:
-    if dataclasses.is_dataclass(value):  # decoded already
-        return value
-    if expected is not None and get_origin(hint) is tuple:
-        return _vector(value, hint, expected, path)
-    if get_origin(hint) is Literal:
-        return choose(value, {name: name for name in get_args(hint)}, path)
-    if expected is not None and expected.unit != "1":
-        decoded: Any = _physical(value, expected.unit, path)
+def _keys_of_shared_tables(
+    places: Sequence[Place], values: Mapping[str, Any], path: str
+) -> dict[str, list[str]]:
+    """Keys of each table in which fields stand side by side; unknown ones are refused."""
+    known: dict[str, list[str]] = {}
+    for place in places:
+        if place.shared is not None:
+            where = join(path, place.shared)
+            inside = values if not place.shared else table(values.get(place.shared, {}), where)
+            known.setdefault(place.shared, []).extend(place.keys(inside, where))
+    for name, keys in known.items():
+        if name:
+            refuse_unknown(values.get(name, {}), keys, join(path, name))
+    return known
+
+
+def _missing(place: Place, path: str) -> str:
+    if not path:
+        return f"table [{place.key}] is missing"
+    if place.quantity is not None:
+        unit = place.quantity.unit
+        expected = "a number" if unit == "1" else f'text like "1 {unit}"'
+    elif dataclasses.is_dataclass(place.kind):
+        expected = f"a table like [{place.key}]"
     else:
-        try:
-            decoded = msgspec.convert(value, hint)
-        except msgspec.ValidationError as error:
-            said = _in_words(str(error))
-            raise ScenarioError(f"{path} = {value!r}: {said}") from error
-    if expected is not None:
-        try:
-            expected.check(path, decoded)
-        except ParameterError as error:
-            raise ScenarioError(str(error)) from error
-    return decoded
-
-
-def _vector(value: Any, hint: Any, expected: Quantity, path: str) -> tuple[Any, ...]:
-    kinds = get_args(hint)
-    several = kinds[-1] is Ellipsis
-    if not isinstance(value, list) or not (several or len(value) == len(kinds)):
-        count = "" if several else f" of {len(kinds)}"
-        raise ScenarioError(
-            f'{path} = {value!r}: expected a list{count}, each like "1 {expected.unit}"'
-        )
-    if several:
-        kinds = kinds[:1] * len(value)
-    return tuple(
-        _value(part, kind, expected, f"{path}[{index}]")
-        for index, (part, kind) in enumerate(zip(value, kinds, strict=True))
-    )
-
-
-def _in_words(message: str) -> str:
-    """What msgspec says, without the names of Python's types."""
-    for jargon, words in (
-        (" | null", ""),
-        ("`float`", "a number"),
-        ("`int`", "a whole number"),
-        ("`bool`", "true or false"),
-        ("`str`", "text"),
-        ("Expected", "expected"),
-    ):
-        message = message.replace(jargon, words)
-    return message.partition(", got ")[0]  # the value itself is shown
-
-
-def _physical(value: Any, unit: str, path: str) -> float:
-    if not isinstance(value, str):
-        raise ScenarioError(f'{path} = {value!r} has no unit; write it like "{value} {unit}"')
-    try:
-        return quantity(value, unit)
-    except UnitError as error:
-        raise ScenarioError(f"{path}: {error}") from error
-
-
-def _expected(kind: type[Any], name: str) -> str:
-    quantity_ = quantities_of(kind).get(name)
-    if quantity_ is not None:
-        return "a number" if quantity_.unit == "1" else f'text like "1 {quantity_.unit}"'
-    return str(get_type_hints(kind)[name])
+        expected = str(place.kind)
+    return f"{path}.{place.key} is missing; expected {expected}"

@@ -1,23 +1,31 @@
-"""What a scenario is."""
+"""What stands in each table of a scenario.
+
+This is the whole layout of the file: a new field is a line here.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-from cosim.algorithms import Algorithm, GaussSeidel
-from cosim.fmu.isolation import TIME_LIMIT
-from cosim.matching import PortName
-from softbody_core import Contact, Inputs, Weights
+from cosim.algorithms import ALGORITHMS, Algorithm, GaussSeidel
+from scenarios.scene.controller import Controller, read_controller
+from scenarios.scene.layout import ByName, EachOf, In, OneOf, ReadBy, Refusing
+from softbody_core import (
+    CONSTRAINTS,
+    FORCES,
+    INTEGRATORS,
+    Contact,
+    Inputs,
+    VelocityVerlet,
+    Weights,
+)
 from softbody_core.constraints import Constraint
 from softbody_core.forces import Force
 from softbody_core.forces.gravity import STANDARD_GRAVITY
 from softbody_core.ground.parameters import Parameters, Quantity
 from softbody_core.integrators import Integrator
 
-ControllerValue = float | int | bool | str
 Vector = tuple[float, float, float]
 
 
@@ -96,54 +104,13 @@ class Body(Parameters):
 
 
 @dataclass(frozen=True)
-class Isolation(Parameters):
-    """Where an FMU runs.
-
-    Parameters
-    ----------
-    isolation : str
-        "none" for this process, "process" for one of its own.
-    time_limit : float
-        In its own process, how long it may take to answer one call, s.
-    """
-
-    isolation: str = "none"
-    time_limit: Annotated[float, Quantity("s", above=0)] = TIME_LIMIT
-
-
-@dataclass(frozen=True)
-class Controller:
-    """What drives the body.
-
-    Attributes
-    ----------
-    use : str
-        A controller that ships, or an FMU file.
-    parameters : mapping
-        What its parameters are set to.
-    isolation : Isolation
-        Where it runs.
-    ports : mapping
-        By port of the body, its name in the FMU, where that differs.
-    """
-
-    use: str
-    parameters: Mapping[str, ControllerValue] = field(default_factory=dict)
-    isolation: Isolation = Isolation()
-    ports: Mapping[str, PortName] = field(default_factory=dict)
-
-    @property
-    def key(self) -> str:
-        """Name of the table of its parameters: its own name, or that of its file."""
-        return Path(self.use).stem if self.use.endswith(".fmu") else self.use
-
-
-@dataclass(frozen=True)
 class Coupling(Parameters):
     """Communication step, s, and coupling algorithm."""
 
     step: Annotated[float, Quantity("s", above=0)]
-    algorithm: Algorithm = field(default_factory=GaussSeidel)
+    algorithm: Annotated[
+        Algorithm, OneOf(ALGORITHMS, "algorithm", default="gauss-seidel", implied=True), In("")
+    ] = field(default_factory=GaussSeidel)
 
 
 @dataclass(frozen=True)
@@ -155,51 +122,39 @@ class Run(Parameters):
 
 
 @dataclass(frozen=True)
-class Scenario:
-    """Everything that decides a result. Read one with `scenarios.load`.
+class Scene:
+    """The tables of a scenario, a field a table; but laws and their weights share ``[forces]``.
 
     Attributes
     ----------
-    name, title : str
-        Short and long.
+    title : str
+        One line.
     mesh, body, weights, forces, constraints, integrator
-        The body; where there are several, the first one.
-    bodies : mapping
-        Where there are several: each as a scenario of its own, by name.
+        The body.
     obstacles, contact
         Rigid bodies around it, and how it touches them.
     controller, inputs, coupling, run
         What drives it, or the inputs that are held where nothing does; how they are coupled, and
         for how long.
-    text : str
-        The scenario as TOML; loading it again gives an equal scenario.
-    folder : Path
-        Against which relative paths in it are read.
     """
 
-    name: str
     title: str
     mesh: Mesh
     body: Body
-    weights: Weights
-    forces: tuple[Force, ...]
-    constraints: tuple[Constraint, ...]
-    obstacles: tuple[Obstacle, ...]
-    contact: Contact
-    controller: Controller | None
-    inputs: Inputs
-    integrator: Integrator
+    weights: Annotated[Weights, In("forces")]
+    forces: Annotated[tuple[Force, ...], EachOf(FORCES), In("forces")]
     coupling: Coupling
     run: Run
-    text: str
-    folder: Path
-    bodies: Mapping[str, Scenario] = field(default_factory=dict)
-
-    def changed(self, changes: Mapping[str, Any]) -> Scenario:
-        """Return this scenario with values replaced, by dotted path."""
-        from scenarios.scene.parse import parse  # which makes scenarios, and so imports this
-
-        return parse(self.name, self.text, self.folder, changes)
+    constraints: Annotated[tuple[Constraint, ...], EachOf(CONSTRAINTS, lists=True)] = ()
+    obstacles: Annotated[tuple[Obstacle, ...], ByName(Obstacle, "name")] = ()
+    contact: Annotated[
+        Contact, Refusing("bodies", "give each obstacle a table [obstacles.NAME]")
+    ] = field(default_factory=Contact)
+    controller: Annotated[Controller | None, ReadBy(read_controller)] = None
+    inputs: Inputs = field(default_factory=Inputs)
+    integrator: Annotated[Integrator, OneOf(INTEGRATORS, "method", default="velocity-verlet")] = (
+        field(default_factory=VelocityVerlet)
+    )
 
     @property
     def steps(self) -> int:

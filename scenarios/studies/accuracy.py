@@ -13,7 +13,7 @@ import xarray as xr
 
 from scenarios.errors import ScenarioError
 from scenarios.running.run import Progress, run
-from scenarios.scene.schema import Scenario
+from scenarios.scene.scenario import Scenario
 from scenarios.studies.trade.reference import volume_error
 from softbody_core import SimulationError, Work
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from cosim.units import unit
 from scenarios.errors import ScenarioError
 from scenarios.running.assemble import build_mesh
-from scenarios.scene.schema import Scenario
+from scenarios.scene.scenario import Scenario
 from scenarios.studies.extremes.shapes import SHAPES
 from softbody_core import (
     AirwayResistance,

@@ -9,7 +9,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 import xarray as xr
 
-from scenarios.scene.schema import Scenario
+from scenarios.scene.scenario import Scenario
 from scenarios.studies.extremes.axes import AXES
 from scenarios.studies.extremes.cases import Case
 from scenarios.studies.extremes.limits import stability_limits

@@ -15,9 +15,9 @@ from scenarios.commands.options import chosen
 from scenarios.errors import OutputError, RunError, ScenarioError
 from scenarios.results.analysis import breaths
 from scenarios.results.files import save
-from scenarios.running.run import COMPLETED, Progress, portable, run, versions
+from scenarios.running.run import COMPLETED, Progress, run, versions
 from scenarios.scene.parse import parse
-from scenarios.scene.schema import Scenario
+from scenarios.scene.scenario import Scenario
 from softbody_core import SimulationError, Weights
 
 GLASS: Final = {letter: f"glass-{letter.lower()}" for letter in "ABCDEF"}
@@ -137,7 +137,7 @@ class Scenes:
             return None
         same = (
             dataset.attrs.get("status") == COMPLETED
-            and dataset.attrs.get("scenario") == portable(scenario).text
+            and dataset.attrs.get("scenario") == scenario.portable_text
             and dataset.attrs.get("versions") == json.dumps(versions())
             and "snapshot_time" in dataset
             and np.allclose(np.diff(dataset["snapshot_time"]), _interval(name, scenario))

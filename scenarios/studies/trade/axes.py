@@ -13,8 +13,8 @@ from typing import Any, Final
 from cosim import ALGORITHMS, UnitError, quantity
 from cosim.algorithms.signals import DEGREES
 from scenarios.errors import ScenarioError
-from scenarios.scene.decode import choose
-from scenarios.scene.schema import Scenario
+from scenarios.scene.scenario import Scenario
+from scenarios.scene.tables import choose
 from scenarios.studies.trade.schemes import with_inner_step, with_integrator, with_tolerance
 from scenarios.studies.trade.sizes import sizes, with_points
 from softbody_core import INTEGRATORS

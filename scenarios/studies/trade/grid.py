@@ -12,7 +12,7 @@ import xarray as xr
 
 from scenarios.errors import RunError, ScenarioError
 from scenarios.running.run import COMPLETED, Progress, run
-from scenarios.scene.schema import Scenario
+from scenarios.scene.scenario import Scenario
 from scenarios.studies.trade.axes import Value, axis_values, finest, named, put_all
 from scenarios.studies.trade.order import convergence_order
 from scenarios.studies.trade.reference import PARTS, reference, run_finely, volume_error

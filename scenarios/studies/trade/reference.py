@@ -10,7 +10,7 @@ import xarray as xr
 
 from scenarios.errors import ScenarioError
 from scenarios.running.run import Progress, run
-from scenarios.scene.schema import Scenario
+from scenarios.scene.scenario import Scenario
 from scenarios.studies.trade.schemes import with_inner_step, with_integrator
 
 PARTS = 16

@@ -10,7 +10,7 @@ import xarray as xr
 
 from scenarios.results.analysis import breaths
 from scenarios.running.run import COMPLETED
-from scenarios.scene.schema import Scenario
+from scenarios.scene.scenario import Scenario
 from scenarios.studies.trade.axes import AXES, Value
 from scenarios.studies.trade.reference import volume_error
 

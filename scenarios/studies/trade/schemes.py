@@ -6,8 +6,8 @@ import dataclasses
 from typing import Any, Final
 
 from scenarios.errors import ScenarioError
-from scenarios.scene.decode import choose
-from scenarios.scene.schema import Scenario
+from scenarios.scene.scenario import Scenario
+from scenarios.scene.tables import choose
 from softbody_core import INTEGRATORS
 
 _NO_CONTROL: Final = 1e3

@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 from typing import Final
 
 from scenarios.errors import ScenarioError
-from scenarios.scene.schema import Mesh, Scenario
+from scenarios.scene.scenario import Scenario
+from scenarios.scene.schema import Mesh
 from scenarios.scene.shipped import MESHES
 
 _ICOSPHERES: Final = {10 * 4**level + 2: level for level in range(7)}

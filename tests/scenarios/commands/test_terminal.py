@@ -7,7 +7,7 @@ from rich.console import Console
 
 from scenarios import Progress, breaths
 from scenarios.commands.terminal import progress_bar, show_breaths, show_controller
-from scenarios.scene.schema import Controller
+from scenarios.scene.controller import Controller
 from softbody_core import Work
 
 

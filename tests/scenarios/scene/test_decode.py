@@ -5,8 +5,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from scenarios import ScenarioError
-from scenarios.scene.decode import choose, decode, refuse_unknown, table
+from scenarios.scene.decode import decode
 from scenarios.scene.schema import Body, Coupling, Mesh, Run
+from scenarios.scene.tables import choose, refuse_unknown, table
 from softbody_core import AirwayResistance, MassSpring, PinnedPoints, Weights
 
 

@@ -82,6 +82,51 @@ def test_changes_arrive_where_they_belong() -> None:
     assert lung.steps == 240
 
 
+def test_a_number_with_a_unit_can_be_changed_in_si_units_and_is_text_with_its_unit() -> None:
+    glass = scenarios.load(
+        "glass", {"obstacles.glass.motion": "free", "obstacles.glass.mass": "1 kg"}
+    )
+    changes = {
+        "coupling.step": 0.5e-3,
+        "body.mass": 1,
+        "mesh.position": [0, 0.0, 0.25],
+        "obstacles.glass.motion": "free",
+        "obstacles.glass.mass": 2.5,
+        "contact": {"thickness": 1e-3},
+        "integrator": {"method": "symplectic-euler", "max_substep": 1e-4},
+        "inputs.delta_p": np.float64(10.5),
+    }
+    changed = glass.changed(changes)
+    assert (changed.coupling.step, changed.body.mass) == (0.5e-3, 1.0)
+    assert changed.mesh.position == (0.0, 0.0, 0.25)
+    assert changed.inputs.delta_p == 10.5
+    text = tomllib.loads(changed.text)
+    assert (text["coupling"]["step"], text["body"]["mass"]) == ("0.0005 s", "1 kg")
+    assert text["mesh"]["position"] == ["0 m", "0.0 m", "0.25 m"]
+    assert text["integrator"]["max_substep"] == "0.0001 s"
+    assert parse(changed.name, changed.text, changed.folder) == changed
+    assert glass.body.mass == 0.03  # and so are its tables
+    assert glass.changed({}).text == glass.text
+
+
+def test_several_bodies_can_be_changed_in_si_units() -> None:
+    changes = {"forces.mass_spring.stiffness": 200.0, "bodies.left.mesh.volume": 1e-3}
+    pair = scenarios.load("lung-pair").changed(changes)
+    assert pair.bodies["left"].mesh.volume == 1e-3
+    assert '"200.0 N/m"' in pair.text
+    assert '"0.001 m^3"' in pair.text
+    assert parse(pair.name, pair.text, pair.folder) == pair
+
+
+def test_a_number_without_a_unit_is_refused_in_a_file_and_a_truth_value_everywhere() -> None:
+    with pytest.raises(ScenarioError, match=r"body\.mass = 1 has no unit"):
+        scenarios.load("lung", {"body.mass": 1})
+    with pytest.raises(ScenarioError, match=r"body\.mass = True has no unit"):
+        scenarios.load("lung").changed({"body.mass": True})
+    with pytest.raises(ScenarioError, match=r"coupling\.step = 0 s: expected more than 0"):
+        scenarios.load("lung").changed({"coupling.step": 0})
+
+
 def test_numpy_numbers_can_be_changes() -> None:
     lung = scenarios.load("sphere-lung")
     swept = [lung.changed({"forces.alpha": alpha}).weights.alpha for alpha in np.arange(0.5, 2, 1)]
@@ -118,9 +163,9 @@ def test_a_variant_is_its_file_with_its_changes() -> None:
     soft, stiff = scenarios.load("lung-a"), scenarios.load("lung-c")
     assert (soft.weights.alpha, stiff.weights.alpha) == (0.25, 3.0)
     assert soft.title != stiff.title
-    assert dataclasses.replace(
-        soft, name=stiff.name, title=stiff.title, text=stiff.text, weights=stiff.weights
-    ) == (stiff)
+    assert dataclasses.replace(soft, name=stiff.name, title=stiff.title, weights=stiff.weights) == (
+        stiff
+    )
 
 
 def test_further_changes_come_after_those_of_a_variant() -> None:
