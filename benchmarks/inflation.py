@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 from measure import calibrating_ball, cost, table
+from softbody_core.integrators.equilibrium import Shapes
 
 from softbody_core import (
     Bending,
@@ -23,8 +24,7 @@ from softbody_core import (
     icosphere,
 )
 from softbody_core.configuration import Configuration
-from softbody_core.forces import Force
-from softbody_core.integrators.equilibrium import Shapes
+from softbody_core.forces import Law
 from softbody_core.integrators.integrator import Work
 
 VOLUME = 2.5e-3
@@ -83,7 +83,7 @@ def of_membrane(stretch: float, radius: float) -> float:
     return modulus / radius * (stretch - 1 / stretch)
 
 
-def pressure(law: Force, mesh: SurfaceMesh, stretch: float) -> float:
+def pressure(law: Law, mesh: SurfaceMesh, stretch: float) -> float:
     """Pressure that holds a surface at s³ times its volume, Pa."""
     model = SoftBodyModel(mesh, 1.0, [law])
     shapes = Shapes(model, 3 * np.log(stretch) / STATIONS, 1e-10, 300, Work())

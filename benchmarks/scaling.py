@@ -26,7 +26,7 @@ from softbody_core import (
     SymplecticEuler,
     ball,
 )
-from softbody_core.forces import Force
+from softbody_core.forces import Law
 from softbody_core.integrators.symplectic_euler import _SymplecticEuler
 from softbody_core.state import Inputs, State
 
@@ -74,14 +74,14 @@ def main() -> None:
     print("B/point: peak bytes a point of set-up; held: between steps; step: peak of a step")
 
 
-def _march(mesh: SurfaceMesh, laws: Sequence[Force]):
+def _march(mesh: SurfaceMesh, laws: Sequence[Law]):
     """Endless steps of a body that is pressed on but hardly moves."""
     model = SoftBodyModel(mesh, 1.0, laws)
     stepper = _SymplecticEuler(SymplecticEuler(), model)
     return stepper._march(State.at_rest(mesh), Inputs(delta_p=100.0, n=1000.0), 1e-6)
 
 
-def _memory(points: int, laws: Sequence[Force]) -> tuple[int, int, int]:
+def _memory(points: int, laws: Sequence[Law]) -> tuple[int, int, int]:
     """Bytes: peak of the set-up, held between steps, peak of a step."""
     gc.collect()
     tracemalloc.start()

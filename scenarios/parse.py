@@ -42,7 +42,7 @@ from softbody_core import (
     VelocityVerlet,
     Weights,
 )
-from softbody_core.forces import Force
+from softbody_core.forces import Law
 from softbody_core.integrators import Integrator
 
 _TABLES: Final = [
@@ -217,7 +217,7 @@ def _contact(data: dict[str, Any]) -> Contact:
     return decode(Contact, data, "contact")
 
 
-def _forces(data: dict[str, Any]) -> tuple[Weights, tuple[Force, ...]]:
+def _forces(data: dict[str, Any]) -> tuple[Weights, tuple[Law, ...]]:
     greek = ["alpha", "beta", "gamma", "delta"]
     refuse_unknown(data, [*greek, *FORCES], "forces")
     weights = decode(Weights, {k: v for k, v in data.items() if k in greek}, "forces")

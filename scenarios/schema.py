@@ -12,7 +12,7 @@ from cosim.fmu.isolation import TIME_LIMIT
 from cosim.matching import PortName
 from softbody_core import Contact, Inputs, Weights
 from softbody_core.constraints import Constraint
-from softbody_core.forces import Force
+from softbody_core.forces import Law
 from softbody_core.forces.gravity import STANDARD_GRAVITY
 from softbody_core.ground.parameters import Parameters, Quantity
 from softbody_core.integrators import Integrator
@@ -182,7 +182,7 @@ class Scenario:
     mesh: Mesh
     body: Body
     weights: Weights
-    forces: tuple[Force, ...]
+    forces: tuple[Law, ...]
     constraints: tuple[Constraint, ...]
     obstacles: tuple[Obstacle, ...]
     contact: Contact

@@ -6,7 +6,7 @@ from softbody_core.constraints import (
     Constraint,
     PinnedPoints,
     PinnedTop,
-    Restraint,
+    Projection,
     VolumeCap,
     WeightCourse,
     WeightRatio,
@@ -32,31 +32,41 @@ from softbody_core.forces import (
 )
 from softbody_core.ground.errors import ParameterError, SimulationError
 from softbody_core.integrators import (
+    BDF2,
     INTEGRATORS,
     RK4,
     SDIRK2,
+    BackwardEuler,
+    Counters,
+    QuasiStatic,
     SymplecticEuler,
     VelocityVerlet,
-    Work,
 )
 from softbody_core.mesh import SurfaceMesh
 from softbody_core.model import SoftBodyModel
 from softbody_core.observation import Observation
 from softbody_core.rigid import RigidBody
-from softbody_core.shapes import ball, icosphere, revolved, wine_glass
+from softbody_core.shapes import fibonacci_sphere, icosphere, revolved, wine_glass
 from softbody_core.state import Inputs, RigidState, State
 from softbody_core.weights import Weights
 
+ball = fibonacci_sphere  # older names
+Restraint = Projection
+Work = Counters
+
 __all__ = [
+    "BDF2",
     "CONSTRAINTS",
     "FORCES",
     "INTEGRATORS",
     "RK4",
     "SDIRK2",
     "AirwayResistance",
+    "BackwardEuler",
     "Bending",
     "Constraint",
     "Contact",
+    "Counters",
     "CrowdedError",
     "DivergenceError",
     "Gravity",
@@ -69,6 +79,8 @@ __all__ = [
     "ParameterError",
     "PinnedPoints",
     "PinnedTop",
+    "Projection",
+    "QuasiStatic",
     "Restraint",
     "RigidBody",
     "RigidState",
@@ -90,6 +102,7 @@ __all__ = [
     "Weights",
     "Work",
     "ball",
+    "fibonacci_sphere",
     "icosphere",
     "revolved",
     "wine_glass",

@@ -36,7 +36,7 @@ def icosphere(subdivisions: int, radius: float = 1.0) -> SurfaceMesh:
     return SurfaceMesh.from_arrays(radius * sphere.vertices, sphere.faces)
 
 
-def ball(n_points: int, radius: float = 1.0) -> SurfaceMesh:
+def fibonacci_sphere(n_points: int, radius: float = 1.0) -> SurfaceMesh:
     """Fibonacci points on a sphere, joined by their convex hull.
 
     Any number of points can be had, at the price of an uneven net: springs on it yield about a

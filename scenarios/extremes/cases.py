@@ -26,7 +26,7 @@ from softbody_core import (
     ball,
 )
 from softbody_core.constraints import Constraint
-from softbody_core.forces import Force
+from softbody_core.forces import Law
 from softbody_core.ground.parameters import quantities_of
 
 STEPS: Final = 3
@@ -62,7 +62,7 @@ class Case:
 
     mesh: SurfaceMesh
     mass: float
-    forces: tuple[Force, ...]
+    forces: tuple[Law, ...]
     weights: Weights
     constraints: tuple[Constraint, ...] = ()
     inputs: Inputs = _BENIGN

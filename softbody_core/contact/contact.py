@@ -8,7 +8,7 @@ from typing import Annotated, Final, cast
 import numpy as np
 
 from softbody_core.configuration import norms
-from softbody_core.constraints.constraint import Constraint, Restraint
+from softbody_core.constraints.constraint import Constraint, Projection
 from softbody_core.contact.closest_point import ClosestPoint
 from softbody_core.contact.impulses import Touching, strike_fixed, strike_free
 from softbody_core.contact.sweep import Look, Reached, Sweep
@@ -55,12 +55,12 @@ class Contact(Parameters, Constraint):
         """The rigid bodies."""
         return self.bodies
 
-    def bind(self, mesh: SurfaceMesh, masses: Floats, inverse_masses: Floats) -> Restraint | None:
+    def bind(self, mesh: SurfaceMesh, masses: Floats, inverse_masses: Floats) -> Projection | None:
         """Put the obstacles around one body."""
-        return BoundContact(self, mesh, masses, inverse_masses > 0) if self.bodies else None
+        return ContactProjection(self, mesh, masses, inverse_masses > 0) if self.bodies else None
 
 
-class BoundContact(Restraint):
+class ContactProjection(Projection):
     """The obstacles around one body."""
 
     last = True
@@ -120,7 +120,7 @@ class BoundContact(Restraint):
                 return longest
         return dt
 
-    def enforce(self, before: State, after: State) -> State:
+    def project(self, before: State, after: State) -> State:
         h = after.time - before.time
         obstacles = [
             body.advance(there, h)
@@ -188,11 +188,11 @@ class BoundContact(Restraint):
         """Positions of the points that are not held, m, shape (3, k)."""
         return state.positions if self._all_free else state.positions[:, self._points]
 
-    def memory(self) -> object:
+    def get_state(self) -> object:
         return tuple(sweep.look for sweep in self._sweeps)
 
-    def recall(self, memory: object) -> None:
-        looks = cast("tuple[Look | None, ...]", memory)
+    def set_state(self, state: object) -> None:
+        looks = cast("tuple[Look | None, ...]", state)
         for sweep, look in zip(self._sweeps, looks, strict=True):
             sweep.look = look
 

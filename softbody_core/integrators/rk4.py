@@ -9,7 +9,7 @@ from typing import ClassVar
 
 from softbody_core.configuration import Configuration
 from softbody_core.ground.arrays import Floats
-from softbody_core.integrators.explicit import ExplicitParameters, ExplicitStepper, Moment
+from softbody_core.integrators.explicit import ExplicitIntegrator, ExplicitStepper, Moment
 from softbody_core.integrators.integrator import Stepper
 from softbody_core.model import SoftBodyModel
 from softbody_core.state import Inputs, State
@@ -19,37 +19,39 @@ STABLE_RADIUS = 2.6
 
 
 @dataclass(frozen=True)
-class RK4(ExplicitParameters):
+class RK4(ExplicitIntegrator):
     """Fourth order, four force evaluations a substep (Hairer, Nørsett & Wanner 1993, II.1).
 
-    The airway's resistance is explicit here, so a large one makes substeps small.
+    What resists the flow is explicit here, so a large resistance makes substeps small.
     """
 
     order: ClassVar[int | None] = 4
+    stability_limit: ClassVar[float] = math.sqrt(8)
 
     def bind(self, model: SoftBodyModel) -> Stepper:
-        """Prepare the scheme for one model."""
+        """Prepare the integrator for one model."""
         return _RK4(self, model)
 
 
 class _RK4(ExplicitStepper):
-    def _limit(self, configuration: Configuration, inputs: Inputs) -> float:
-        stiffness, damping = self._model.rates(configuration, inputs)
-        if self._model.airway is not None:
-            damping += self._model.airway.rates(configuration, inputs).damping
+    def _limit(self, configuration: Configuration, velocities: Floats, inputs: Inputs) -> float:
+        stiffness, damping = self._model.rates(configuration, velocities, inputs)
+        for weight, law in self._model.resistances:
+            damping += weight * law.rates(configuration, velocities, inputs).damping
         # The eigenvalues −c/2 ± √(c²/4 − ω²) have modulus ω, or no more than c where overdamped.
         largest = max(math.sqrt(stiffness), damping)
         return math.inf if largest == 0 else STABLE_RADIUS / largest
 
     def _march(self, state: State, inputs: Inputs, h: float) -> Iterator[Moment]:
         x, v = state.positions, state.velocities
-        here = Configuration(self._model.mesh, x)
+        configuration = Configuration(self._model.mesh, x)
 
         def acceleration(x: Floats, v: Floats) -> Floats:
-            if here.positions is not x:
-                here.move_to(x)
-            self.work.force_evaluations += 1
-            return self._model.inverse_masses * self._model.total_force(here, v, inputs)
+            if configuration.positions is not x:
+                configuration.move_to(x)
+            self.counters.force_evaluations += 1
+            force = self._model.total_force(configuration, v, inputs)
+            return self._model.inverse_masses * force
 
         while True:
             a1 = acceleration(x, v)
@@ -61,5 +63,5 @@ class _RK4(ExplicitStepper):
             a4 = acceleration(x + h * v3, v4)
             x = x + h / 6 * (v + 2 * v2 + 2 * v3 + v4)
             v = v + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
-            here.move_to(x)
-            yield x, v, here
+            configuration.move_to(x)
+            yield x, v, configuration
