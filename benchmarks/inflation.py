@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import numpy as np
 from measure import calibrating_ball, cost, table
-from softbody_core.integrators.equilibrium import Shapes
 
 from softbody_core import (
     Bending,
@@ -25,14 +24,15 @@ from softbody_core import (
 )
 from softbody_core.configuration import Configuration
 from softbody_core.forces import Law
-from softbody_core.integrators.integrator import Work
+from softbody_core.integrators import Counters
+from softbody_core.integrators.equilibrium_solver import EquilibriumSolver
 
 VOLUME = 2.5e-3
 SPRINGS = MassSpring(375.0)
 MEMBRANE = Membrane(2 / np.sqrt(3) * SPRINGS.stiffness, poisson_ratio=1 / 3)
 STRETCHES = (1.1, 1.2, 1.3)
 POINTS = (162, 642, 2562)
-STATIONS = 8
+POINTS_ON_THE_WAY = 8
 
 
 def main() -> None:
@@ -86,11 +86,12 @@ def of_membrane(stretch: float, radius: float) -> float:
 def pressure(law: Law, mesh: SurfaceMesh, stretch: float) -> float:
     """Pressure that holds a surface at s³ times its volume, Pa."""
     model = SoftBodyModel(mesh, 1.0, [law])
-    shapes = Shapes(model, 3 * np.log(stretch) / STATIONS, 1e-10, 300, Work())
-    station = shapes.rest()
-    for _ in range(STATIONS):
-        station = shapes.next(station, 1)
-    return station.balance.recoil
+    spacing = 3 * np.log(stretch) / POINTS_ON_THE_WAY
+    solver = EquilibriumSolver(model, spacing, 1e-10, 300, Counters())
+    point = solver.rest()
+    for _ in range(POINTS_ON_THE_WAY):
+        point = solver.next(point, 1)
+    return point.balance.recoil
 
 
 def _icosphere(points: int) -> SurfaceMesh:

@@ -1,8 +1,6 @@
 """Bending stiffness: two triangles that share an edge are a hinge with a spring.
 
-Grinspun, Hirani, Desbrun & Schröder 2003, "Discrete shells", eq. 1. The second derivative of a
-hinge's angle is known in closed form (Tamstorf & Grinspun 2013, "Discrete bending forces and their
-Jacobians"); here it is worked out along a direction, from the arms of the hinge.
+Grinspun, Hirani, Desbrun & Schröder 2003, "Discrete shells", eq. 1.
 """
 
 from __future__ import annotations
@@ -82,19 +80,18 @@ class _Flap:
     """
 
     def __init__(self, side: float, rest_square: Floats) -> None:
-        self._side, self._rest_square = side, rest_square
+        self.side, self._rest_square = side, rest_square
         self.wing, self.normal, self.tilt = np.empty((3, 3, len(rest_square)))
 
     def move_to(self, edge: Floats) -> None:
         """Take another edge, m, shape (3, m), after the wing has moved."""
-        self._edge = edge
+        self.edge = edge
         self.square = np.maximum(_dot(edge, edge), _COLLAPSED**2 * self._rest_square)
         self.length = np.sqrt(self.square)
         self.foot = _dot(self.wing, edge) / self.square
         cross(edge, self.wing, self.normal, np.empty_like(self.square))
-        self.normal *= self._side
+        self.normal *= self.side
         size, least = _dot(self.normal, self.normal), (_COLLAPSED * self._rest_square) ** 2
-        self._collapsed = size < least
         self.size = np.maximum(size, least)
         np.multiply(self.length / self.size, self.normal, out=self.tilt)
 

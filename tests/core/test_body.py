@@ -57,7 +57,7 @@ def test_restoring_repeats_to_the_bit(scheme, before, after):
         body.step(0.02, delta_p, n)
     saved = body.save()
     first = [body.step(0.02, delta_p, n) for delta_p, n in after]
-    positions, velocities, steps = body.positions, body.velocities, body.work
+    positions, velocities, steps = body.positions, body.velocities, body.counters
     body.restore(saved)
     again = [body.step(0.02, delta_p, n) for delta_p, n in after]
     twin = lung_like(scheme)
@@ -69,7 +69,7 @@ def test_restoring_repeats_to_the_bit(scheme, before, after):
     np.testing.assert_array_equal(body.positions, positions)
     np.testing.assert_array_equal(body.velocities, velocities)
     np.testing.assert_array_equal(twin.positions, positions)
-    assert body.work == twin.work == steps
+    assert body.counters == twin.counters == steps
 
 
 @each_scheme
@@ -126,7 +126,7 @@ def test_what_blows_up_is_named_and_the_body_stays_where_it_was(scheme):
         body.step(5.0, delta_p=1e9)
     assert "try" in str(caught.value).lower()
     np.testing.assert_array_equal(body.state.positions, saved.state.positions)
-    assert (body.time, body.work.steps) == (saved.state.time, saved.work.steps)
+    assert (body.time, body.counters.steps) == (saved.state.time, saved.counters.steps)
     # and it can go on
     assert np.isfinite(body.step(0.02, delta_p=200.0).volume)
 

@@ -88,11 +88,11 @@ def test_a_cap_on_a_free_body_gives_no_momentum(name):
 
 def test_what_the_cap_takes_is_along_the_gradient_of_the_volume_and_turns_nothing():
     body = made([VolumeCap(1.02 * MESH.volume)])
-    cap = body.model.restraints[0]
+    cap = body.model.projections[0]
     generator = np.random.default_rng(5)
     x = 1.05 * body.state.positions + 0.002 * generator.normal(size=(3, 100))
     v = generator.normal(size=(3, 100)) + 3 * body.state.positions
-    after = cap.enforce(body.state, replace(body.state, positions=x, velocities=v))
+    after = cap.project(body.state, replace(body.state, positions=x, velocities=v))
     change = body.model.masses * (after.velocities - v)
     assert np.abs(change).max() > 1e-6
     turning = np.cross(after.positions, change, axis=0).sum(axis=1)
@@ -116,7 +116,7 @@ def test_a_cap_that_is_far_changes_no_bit(name):
     for constraints in ([], [VolumeCap(50 * MESH.volume)]):
         body = made(constraints, name)
         seen = [body.step(0.02, delta_p=500.0, n=100.0 * k) for k in range(8)]
-        runs.append((body.positions, body.velocities, [one.volume for one in seen], body.work))
+        runs.append((body.positions, body.velocities, [one.volume for one in seen], body.counters))
     np.testing.assert_array_equal(runs[0][0], runs[1][0])
     np.testing.assert_array_equal(runs[0][1], runs[1][1])
     assert runs[0][2:] == runs[1][2:]
@@ -260,13 +260,13 @@ def test_a_saved_body_brings_its_weights(name):
 
 def test_without_relations_nobody_looks_twice(monkeypatch):
     looks = []
-    original = SoftBody._look_at
+    original = SoftBody.observe
 
-    def look_at(self, state, inputs):
-        looks.append(state.time)
-        return original(self, state, inputs)
+    def observe(self):
+        looks.append(self.time)
+        return original(self)
 
-    monkeypatch.setattr(SoftBody, "_look_at", look_at)
+    monkeypatch.setattr(SoftBody, "observe", observe)
     plain, related = made([PinnedTop()]), made([WeightRatio("beta", "alpha", 0.0)])
     for body, each in ((plain, 1), (related, 2)):
         looks.clear()
@@ -333,4 +333,4 @@ def test_points_are_whole_numbers():
 def test_contact_comes_after_what_moves_points():
     wall = Contact((RigidBody(ball(20, 0.01).moved([0.2, 0, 0])),))
     cap = VolumeCap(2 * MESH.volume)
-    assert [one.last for one in made([wall, cap]).model.restraints] == [False, True]
+    assert [one.last for one in made([wall, cap]).model.projections] == [False, True]

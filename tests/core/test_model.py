@@ -51,7 +51,7 @@ def test_a_force_of_weight_zero_is_not_built(potato, built):
 def test_no_airway_is_built_for_zero_resistance(potato, built):
     model = SoftBodyModel(potato, 1.0, [MassSpring(1.0), AirwayResistance(0.0)])
     assert built == ["MassSpring"]
-    assert model.airway is None
+    assert model.resistances == []
 
 
 def test_the_composite_force_is_the_weighted_sum(potato):

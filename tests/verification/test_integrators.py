@@ -93,7 +93,7 @@ def test_the_declared_order_is_reached(name, resistance):
         body = SoftBody(model, with_step(name, end / count))
         body.state = start
         body.step(end, INPUTS.delta_p, INPUTS.n)
-        assert body.work.steps == count
+        assert body.counters.steps == count
         reached = np.concatenate([body.state.positions.ravel(), body.state.velocities.ravel()])
         errors.append(np.abs(reached - exact).max())
     order = -np.polyfit(np.log(counts), np.log(errors), 1)[0]
@@ -109,7 +109,7 @@ def test_free_fall(name):
     body = SoftBody(model, with_step(name, 1e-3))
     body.step(0.1)
     fallen = body.positions - model.mesh.points
-    h = 0.1 / body.work.steps
+    h = 0.1 / body.counters.steps
     # g t h/2 for first order. BDF2 starts with backward Euler, whose g h²/2 it carries on 3/2-fold:
     # 3/2 and −1/2 are the shares of the roots 1 and 1/3 of its polynomial.
     errors = {"bdf2": 1.5 * g * h**2 / 2}
