@@ -142,8 +142,11 @@ class SoftBodyModel:
 
     def force(self, configuration: Configuration, velocities: Floats, inputs: Inputs) -> Floats:
         """F_i = α F_b + β F_a + γ F_v + δ F_g, N, shape (3, n), without what resists the flow."""
-        total = np.zeros_like(velocities)
-        for weight, law in self.terms:
+        if not self.terms:
+            return np.zeros_like(velocities)
+        (weight, law), *others = self.terms
+        total: Floats = weight * law.force(configuration, velocities, inputs)
+        for weight, law in others:
             force = law.force(configuration, velocities, inputs)
             total += force if weight == 1.0 else weight * force
         return total
