@@ -20,8 +20,8 @@ from measure import calibrating_seconds, table
 import scenarios
 from cosim import Causality, FmuParticipant, Recorder, SoftBodyParticipant, cosimulate
 from scenarios import Scenario
-from scenarios.assemble import build_body, connect, controller_path
-from scenarios.variables import variables_of
+from scenarios.running.assemble import build_body, connect, controller_path
+from scenarios.running.variables import variables_of
 
 ROUNDS = 3
 HEADER = ["scenario", "points", "body", "coupling", "its median", "share of run", "fmpy", "alone"]

@@ -12,7 +12,7 @@ from dataclasses import replace
 from time import perf_counter
 
 import scenarios
-from scenarios.assemble import build_body
+from scenarios.running.assemble import build_body
 from softbody_core import SoftBody
 
 FRAME, GAS = 2.5e-4, 13_500.0

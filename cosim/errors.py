@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 
-from softbody_core.ground.errors import SimulationError
+from softbody_core.ground.errors import SimulationError as SimulationError
 
 
 class WiringError(SimulationError, ValueError):

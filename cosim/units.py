@@ -6,7 +6,7 @@ import math
 import re
 from dataclasses import dataclass
 from decimal import Decimal
-from functools import cache
+from functools import cache, partial
 from typing import Final
 
 import pint
@@ -26,7 +26,11 @@ SI_BASE: Final = {
 }
 """SI base units, and what pint calls the quantities that they measure."""
 
-_TOKEN: Final = re.compile(r"[^\s./*^()·]+")
+_FOREIGN: Final = re.compile(r"[^\w\s%°./*^()·⋅×⁻-]")
+"""No part of a unit. Some versions of pint skip such a character, and read "m;s" as m·s."""
+
+_DOT: Final = re.compile(r"(?<=[\w%°)])\s*\.\s*(?=[^\W\d]|[1%°(])")
+_TOKEN: Final = re.compile(r"[^\s./*^()·⋅×]+")
 _POWER: Final = re.compile(r"([A-Za-zµ°%]\w*?)(-?\d+)")
 _NUMBER: Final = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _QUANTITY: Final = re.compile(rf"\s*({_NUMBER})(?:/(\d+))?\s*((?:1/)?[^\s\d+-][^+]*)?")
@@ -81,14 +85,17 @@ def unit(symbol: str) -> Unit:
     """
     registry = _registry()
     try:
-        units = registry.parse_units(_with_powers(symbol))
+        units = registry.parse_units(symbol)
         base = registry.get_base_units(units)[1]
-        one, zero = (registry.Quantity(Decimal(k), units).to(base).magnitude for k in (1, 0))
+        zero, one, two = (registry.Quantity(Decimal(k), units).to(base).magnitude for k in range(3))
+        if not math.isclose(two - one, one - zero):
+            raise ValueError("its scale is not linear")  # such as dB
+        dimension = frozenset((str(k), _whole(v)) for k, v in units.dimensionality.items())
     except Exception as error:  # pint's parser raises whatever Python's tokenizer raises
         raise UnitError(
-            f"unit {symbol!r} is not known; write it like 'L', 'cmH2O', 'L/s' or 'N.s/m'"
+            f"unit {symbol!r} is not known ({_reason(error)}); write it like 'L', 'cmH2O', 'L/s' "
+            "or 'N.s/m'"
         ) from error
-    dimension = frozenset((str(k), round(float(str(v)))) for k, v in units.dimensionality.items())
     return Unit(symbol, dimension, float(one - zero), float(zero))
 
 
@@ -106,13 +113,15 @@ def quantity(text: str, symbol: str) -> float:
     if parts is None:
         raise UnitError(f"{text!r} is no quantity in {symbol!r}; {example}")
     try:
-        own, target = (registry.parse_units(_with_powers(s)) for s in (parts[3] or "", symbol))
+        own, target = (registry.parse_units(s) for s in (parts[3] or "", symbol))
         number = Decimal(parts[1]) / Decimal(parts[2] or 1)
         magnitude = float(registry.Quantity(number, own).to(target).magnitude)
     except pint.DimensionalityError as error:
         raise UnitError(f"{text!r} cannot be converted to {symbol!r}; {example}") from error
     except Exception as error:
-        raise UnitError(f"{text!r} is no quantity in {symbol!r}; {example}") from error
+        raise UnitError(
+            f"{text!r} is no quantity in {symbol!r} ({_reason(error)}); {example}"
+        ) from error
     if not math.isfinite(magnitude):
         raise UnitError(f"{text!r} is too large; {example}")
     return magnitude
@@ -121,16 +130,48 @@ def quantity(text: str, symbol: str) -> float:
 @cache
 def _registry() -> pint.UnitRegistry[Decimal]:
     # Decimal keeps "1.25 L" from picking up a rounding error on its way to m³.
-    return pint.UnitRegistry(non_int_type=Decimal)
+    registry: pint.UnitRegistry[Decimal] = pint.UnitRegistry(non_int_type=Decimal)
+    registry.preprocessors.append(partial(_as_pint_writes, registry))
+    return registry
 
 
-def _with_powers(text: str) -> str:
-    """Write powers as pint does: FMI's and UDUNITS' "m3/s" and "s-1" become "m**3/s", "s**-1"."""
+def _as_pint_writes(registry: pint.UnitRegistry[Decimal], text: str) -> str:
+    """Write FMI's and UDUNITS' "N.s/m3" and "s-1" as pint's "N*s/m**3" and "s**-1".
+
+    Raises
+    ------
+    ValueError
+        If the text holds what belongs to no unit.
+    """
+    foreign = _FOREIGN.search(text)
+    if foreign is not None:
+        raise ValueError(f"{foreign[0]!r} is no part of a unit")
+    if text.count("(") != text.count(")"):
+        raise ValueError("its parentheses do not match")
 
     def token(match: re.Match[str]) -> str:
         power = _POWER.fullmatch(match[0])
-        if power is None or (power[2][0] != "-" and match[0] in _registry()):
+        named = registry.parse_unit_name  # and "cmH2O" is a name, not a power
+        if power is None or named(match[0]) or not named(power[1]):
             return match[0]
         return f"{power[1]}**{power[2]}"
 
-    return _TOKEN.sub(token, text)
+    product = _DOT.sub("*", text)
+    if re.search(r"\.(?!\d)|(?<!\d)\.", product):
+        raise ValueError("'.' has to stand between two units")
+    return _TOKEN.sub(token, product)
+
+
+def _whole(power: object) -> int:
+    """Power of a base quantity, which no unit of FMI has but as a whole number."""
+    number = float(str(power))
+    if not number.is_integer():
+        raise ValueError(f"a power of {number:g} is no whole number")
+    return int(number)
+
+
+def _reason(error: Exception) -> str:
+    """What is wrong with a unit, in pint's words where they are meant for people."""
+    if isinstance(error, (pint.errors.PintError, ValueError)):
+        return str(error).rstrip(".")
+    return "it cannot be read"

@@ -6,36 +6,6 @@
 True
 """
 
-from scenarios.analysis import Compartment, breaths, fit_compartment
-from scenarios.catalogue import load, names
-from scenarios.checkpoint import Checkpoints
-from scenarios.errors import CheckpointError, OutputError, RunError, ScenarioError
-from scenarios.plots import overview
-from scenarios.runner import Progress, resume, run
-from scenarios.schema import Scenario
-from scenarios.tradeoff.grid import GridProgress, trade
-from scenarios.tradeoff.reference import reference, volume_error
-from softbody_core.ground.errors import SimulationError
+import lazy_loader
 
-__all__ = [
-    "CheckpointError",
-    "Checkpoints",
-    "Compartment",
-    "GridProgress",
-    "OutputError",
-    "Progress",
-    "RunError",
-    "Scenario",
-    "ScenarioError",
-    "SimulationError",
-    "breaths",
-    "fit_compartment",
-    "load",
-    "names",
-    "overview",
-    "reference",
-    "resume",
-    "run",
-    "trade",
-    "volume_error",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -8,18 +8,27 @@ from importlib.metadata import version
 from cyclopts import App, CycloptsError
 from rich.console import Console
 
-from scenarios.catalogue import load, names
-from scenarios.controller_command import controller_app
-from scenarios.errors import RunError
-from scenarios.export.command import export_app
-from scenarios.extremes.command import extremes_
-from scenarios.reproduce.command import reproduce_
-from scenarios.resume_command import resume_
-from scenarios.run_command import run_
-from scenarios.tradeoff.command import trade_
-from softbody_core.ground.errors import SimulationError
+from scenarios.errors import RunError, SimulationError
 
 BAD_INPUT, FAILED_RUN, INTERRUPTED = 2, 3, 130
+
+COMMANDS = {
+    "run": ("run:run_", "Run a scenario; write a dataset and a picture beside it."),
+    "list": ("list:list_", "List the scenarios that ship."),
+    "controller": ("controller:controller_app", "Respiratory controllers."),
+    "resume": ("resume:resume_", "Go on with a run that was cut off, from its last checkpoint."),
+    "trade": ("trade:trade_", "Run a grid of settings; write and print what accuracy costs."),
+    "extremes": (
+        "extremes:extremes_",
+        "Map what becomes of a scenario's body at the extremes, under every integrator.",
+    ),
+    "reproduce": (
+        "reproduce:reproduce_",
+        "Write the paper's figures and tables, and what becomes of its statements.",
+    ),
+    "export": ("export:export_app", "Write a body, alone or with its controller, for other tools."),
+}
+"""Where each command lives, which is imported when it is called, and what it does."""
 
 app = App(
     name="softbody",
@@ -28,22 +37,8 @@ app = App(
     version=version("softbody-cosim"),
     version_flags=["--version"],
 )
-app.command(controller_app)
-app.command(run_, name="run")
-app.command(resume_, name="resume")
-app.command(trade_, name="trade")
-app.command(extremes_, name="extremes")
-app.command(reproduce_, name="reproduce")
-app.command(export_app)
-
-
-@app.command(name="list")
-def list_() -> None:
-    """List the scenarios that ship."""
-    out = Console()
-    width = max(map(len, names()))
-    for name in names():
-        out.print(f"{name:{width}}  {load(name).title}", highlight=False)
+for _name, (_place, _help) in COMMANDS.items():
+    app.command(f"scenarios.commands.{_place}", name=_name, help=_help)
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-import xarray as xr
+from typing import TYPE_CHECKING
 
-from softbody_core.ground.errors import SimulationError
+from softbody_core.ground.errors import SimulationError as SimulationError
+
+if TYPE_CHECKING:  # a command that prints its help has no use for xarray
+    import xarray as xr
 
 
 class ScenarioError(SimulationError, ValueError):

@@ -14,8 +14,7 @@ import shutil
 import sys
 import tempfile
 import zipfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -28,6 +27,8 @@ from pythonfmu import FmuBuilder
 from cosim import units as unit_module
 from cosim.controllers import completion
 from cosim.errors import ControllerError
+from cosim.fmu.imports import imports_undone
+from cosim.fmu.python_slave import slave_class
 
 _EPOCH: Final = (1980, 1, 1, 0, 0, 0)
 
@@ -98,13 +99,13 @@ def build(
         script = Path(name) / f"{stem}.py"
         shutil.copyfile(source, script)
         beside = [Path(shutil.copy(path, name)) for path in resources]
-        with _clean_imports(stem):
+        with imports_undone(Path(name)):
             sys.path.insert(0, name)
             try:
                 packed = standard.builder.build_FMU(
                     script, dest=Path(name) / "fmu", project_files=beside
                 )
-                slave = _slave_class(importlib.import_module(stem), standard.base)
+                slave = slave_class(importlib.import_module(stem), standard.base)
             except Exception as error:  # whatever the script raises
                 raise ControllerError(
                     f"controller source {source} cannot be built: {type(error).__name__}: {error}"
@@ -133,26 +134,6 @@ def content_hash(
     for part in (*(path.read_bytes() for path in makers), standard.version.encode()):
         digest.update(hashlib.sha256(part).digest())
     return digest.hexdigest()
-
-
-@contextmanager
-def _clean_imports(stem: str) -> Iterator[None]:
-    """Undo what the builder leaves behind in ``sys``."""
-    path = list(sys.path)
-    try:
-        yield
-    finally:
-        sys.path[:] = path
-        sys.modules.pop(stem, None)
-
-
-def _slave_class(module: Any, base: type) -> type:
-    classes = [
-        item
-        for item in vars(module).values()
-        if isinstance(item, type) and issubclass(item, base) and item.__module__ == module.__name__
-    ]
-    return max(classes, key=lambda item: len(item.__mro__))
 
 
 def _finish(packed: Path, finished: Path, slave: type, content: str, standard: Standard) -> None:

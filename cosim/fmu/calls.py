@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from types import ModuleType
 from typing import Any, ClassVar
 
 from fmpy.model_description import ModelVariable
 
 from cosim.fmu.log import FmuLog
+
+
+class LoadingError(RuntimeError):
+    """Why an FMU does not load, and what to try."""
 
 
 @dataclass(frozen=True)
@@ -71,6 +77,37 @@ class Calls(ABC):
     def kind(self, variable: ModelVariable) -> str:
         """Type of a variable in the names of getters and setters."""
         return self.enumeration if variable.type == "Enumeration" else str(variable.type)
+
+    def exchange(
+        self, kind: str, references: Sequence[int], count: int
+    ) -> tuple[Callable[[], Sequence[Any]], Callable[[Sequence[Any]], None]]:
+        """Functions that get and set `count` values of variables of one type, through one array."""
+        keys = (getattr(self.types, f"{self.prefix}ValueReference") * len(references))(*references)
+        array = (self.c_type(kind) * count)()
+        arguments = [self.fmu.component, keys, len(references), array]
+        if self.counts_values:
+            arguments.append(count)
+        read = partial(getattr(self.fmu, f"{self.prefix}Get{kind}"), *arguments)
+        write = partial(getattr(self.fmu, f"{self.prefix}Set{kind}"), *arguments)
+
+        def get() -> Sequence[Any]:
+            read()
+            values: Sequence[Any] = array[:]
+            return values
+
+        def set_(given: Sequence[Any]) -> None:
+            array[:] = given
+            write()
+
+        return get, set_
+
+    def assign(self, kind: str, reference: int, values: Sequence[Any]) -> None:
+        """Set one variable, of any type, texts too."""
+        getattr(self.fmu, f"set{kind}")([reference], values)
+
+    def c_type(self, kind: str) -> Any:
+        """C's type of a value."""
+        return getattr(self.types, f"{self.prefix}{kind}")
 
     @abstractmethod
     def _slave(self, arguments: dict[str, Any]) -> Any: ...

@@ -29,8 +29,7 @@ def read_description(path: Path, folder: FmuFolder) -> ModelDescription:
     Raises
     ------
     FmuError
-        If it cannot be read, is no co-simulation of FMI 1.0, 2.0 or 3.0, or has no binary for this
-        machine.
+        If it cannot be read, or is no co-simulation of FMI 1.0, 2.0 or 3.0.
     """
     try:
         description = fmpy.read_model_description(str(folder.path), validate=False)
@@ -42,14 +41,6 @@ def read_description(path: Path, folder: FmuFolder) -> ModelDescription:
     if description.coSimulation is None:
         raise FmuError(
             f"FMU {path} offers no co-simulation (only model exchange); export it as one that does"
-        )
-    platform = fmpy.platform_tuple if description.fmiVersion.startswith("3.") else fmpy.platform
-    identifier = description.coSimulation.modelIdentifier
-    name = f"binaries/{platform}/{identifier}{fmpy.sharedLibraryExtension}"
-    if not (folder.path / name).is_file():
-        raise FmuError(
-            f"FMU {path} has no binary for this machine ({name}); "
-            f"it runs on: {', '.join(fmpy.supported_platforms(str(folder.path))) or 'none'}"
         )
     return description
 

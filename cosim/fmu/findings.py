@@ -20,6 +20,7 @@ from fmpy.model_description import ModelDescription, ModelVariable
 
 from cosim.errors import FmuError, FmuStepError
 from cosim.fmu.description import NUMBERS, declared_units, ports_of
+from cosim.fmu.run_as import choose_run_as
 from cosim.fmu.steps import fixed_step
 from cosim.participant import Port
 
@@ -152,6 +153,16 @@ def _identity(subject: Subject) -> Iterator[Finding]:
         )
 
 
+def _machine(subject: Subject) -> Iterator[Finding]:
+    try:
+        run_as = choose_run_as(subject.path, subject.description, subject.folder, None)
+    except FmuError as error:
+        yield Finding(told(subject.path, error), fault=True)
+        return
+    if run_as == "python":
+        yield Finding("has no binary for this machine, so its script is run as Python")
+
+
 def _capabilities(subject: Subject) -> Iterator[Finding]:
     about = subject.description.coSimulation
     if about.needsExecutionTool:
@@ -208,6 +219,7 @@ def _python_script(subject: Subject) -> Iterator[Finding]:
 
 FINDERS: Final[list[Callable[[Subject], Iterator[Finding]]]] = [
     _identity,
+    _machine,
     _units,
     _start_values,
     _base_units,

@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 import hashlib
-import os
 import shutil
-import sys
 import tempfile
 import zipfile
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 from cosim.errors import FmuError
@@ -40,7 +36,7 @@ class FmuFolder:
         self.path = Path(tempfile.mkdtemp(prefix="softbody-fmu-"))
         try:
             _unpack(path, self.path)
-            self.is_python = _rename_python_script(path, self.path / "resources")
+            _rename_python_script(path, self.path / "resources")
         except BaseException:
             self.close()
             raise
@@ -48,25 +44,6 @@ class FmuFolder:
     def close(self) -> None:
         """Remove the folder."""
         shutil.rmtree(self.path, ignore_errors=True)
-
-    @contextmanager
-    def own_imports(self) -> Iterator[None]:
-        """Undo what an FMU does to Python while it is loaded.
-
-        Its entries in ``sys.path`` go, and so do modules imported from its folder, which would
-        otherwise answer another FMU's import of the same name. The FMU's own code keeps what it has
-        imported. The working directory, which a failed load leaves changed, is set back too.
-        """
-        path, modules, folder = list(sys.path), set(sys.modules), Path.cwd()
-        try:
-            yield
-        finally:
-            os.chdir(folder)
-            sys.path[:] = path
-            for name in set(sys.modules) - modules:
-                file = getattr(sys.modules[name], "__file__", None)
-                if file is not None and Path(file).is_relative_to(self.path):
-                    del sys.modules[name]
 
 
 def _unpack(path: Path, folder: Path) -> None:
@@ -79,11 +56,11 @@ def _unpack(path: Path, folder: Path) -> None:
         raise FmuError(f"{path} is no FMU: it cannot be unpacked ({error})") from error
 
 
-def _rename_python_script(path: Path, resources: Path) -> bool:
-    """Give the script of a Python FMU a name of its own; False if the FMU is not a Python one."""
+def _rename_python_script(path: Path, resources: Path) -> None:
+    """Give the script of a Python FMU a name that no other has; other FMUs have none."""
     pointer = resources / "slavemodule.txt"
     if not pointer.is_file():
-        return False
+        return
     stem = pointer.read_text(encoding="utf-8").strip()
     script = resources / f"{stem}.py"
     if not script.is_file():
@@ -91,4 +68,3 @@ def _rename_python_script(path: Path, resources: Path) -> bool:
     unique = f"fmu_{hashlib.sha256(path.read_bytes()).hexdigest()[:24]}"
     script.rename(resources / f"{unique}.py")
     pointer.write_text(unique, encoding="utf-8")
-    return True

@@ -10,6 +10,7 @@ from cosim.errors import FmuCrashError, FmuError, FmuTimeoutError
 from cosim.fmu.parameters import Value
 from cosim.fmu.participant import FmuParticipant
 from cosim.fmu.process import FmuProcess, ProcessEnded, Request
+from cosim.fmu.run_as import RunAs
 
 TIME_LIMIT: Final = 10.0
 """For one call, s."""
@@ -23,6 +24,7 @@ def open_fmu(
     name: str,
     parameters: Mapping[str, Value],
     *,
+    run_as: RunAs | None = None,
     isolation: str = "none",
     time_limit: float = TIME_LIMIT,
 ) -> FmuParticipant:
@@ -30,7 +32,7 @@ def open_fmu(
 
     Parameters
     ----------
-    path, name, parameters
+    path, name, parameters, run_as
         As of `FmuParticipant`.
     isolation : str
         One of `ISOLATIONS`.
@@ -38,8 +40,8 @@ def open_fmu(
         For each call into another process, s.
     """
     if ISOLATIONS[isolation] is IsolatedFmu:
-        return IsolatedFmu(path, name, parameters, time_limit=time_limit)
-    return FmuParticipant(path, name, parameters)
+        return IsolatedFmu(path, name, parameters, run_as=run_as, time_limit=time_limit)
+    return FmuParticipant(path, name, parameters, run_as=run_as)
 
 
 class IsolatedFmu(FmuParticipant):
@@ -49,7 +51,7 @@ class IsolatedFmu(FmuParticipant):
 
     Parameters
     ----------
-    path, name, parameters
+    path, name, parameters, run_as
         As of `FmuParticipant`.
     time_limit : float
         Longest time that the FMU may take to answer one call, s.
@@ -67,10 +69,11 @@ class IsolatedFmu(FmuParticipant):
         name: str = "controller",
         parameters: Mapping[str, Value] | None = None,
         *,
+        run_as: RunAs | None = None,
         time_limit: float = TIME_LIMIT,
     ) -> None:
-        super().__init__(path, name, parameters)
-        self._given = str(path), name, dict(parameters or {})
+        super().__init__(path, name, parameters, run_as=run_as)
+        self._opening = str(path), name, dict(parameters or {}), self.run_as
         self._time_limit = time_limit
         self._process: Any = None  # `FmuProcess` from `initialize` on
         self._written: dict[str, float] = {}
@@ -80,7 +83,7 @@ class IsolatedFmu(FmuParticipant):
         if self._process is not None:
             raise FmuError(f"FMU {self.path} is already running; load it again for a second run")
         self._process = FmuProcess(self._folder.path, self.log)
-        self._ask(_START_LIMIT, "start", "open", self._given)
+        self._ask(_START_LIMIT, "start", "open", self._opening)
         self._call("be loaded and initialized", "initialize", time)
 
     def begin(self) -> None:

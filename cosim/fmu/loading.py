@@ -6,26 +6,26 @@ from collections.abc import Sequence
 
 from fmpy.model_description import ModelDescription
 
-from cosim.fmu.calls import Calls
+from cosim.fmu.calls import Calls, LoadingError
 from cosim.fmu.folder import FmuFolder
 from cosim.fmu.guard import Guard
 from cosim.fmu.log import FmuLog
 from cosim.fmu.logger import unique_name
 from cosim.fmu.parameters import Assignment
+from cosim.fmu.python_slave import Fmi2Python
+from cosim.fmu.run_as import RunAs
 from cosim.fmu.versions import VERSIONS
 
 
-class LoadingError(RuntimeError):
-    """Why an FMU does not load, and what to try."""
-
-
-def load(description: ModelDescription, folder: FmuFolder, name: str, log: FmuLog) -> Calls:
-    """Load an FMU's library and make an instance with a name.
+def load(
+    description: ModelDescription, folder: FmuFolder, run_as: RunAs, name: str, log: FmuLog
+) -> Calls:
+    """Load an FMU's library, or its script, and make an instance with a name.
 
     Raises
     ------
     LoadingError
-        If the library does not load, lacks a function, or makes no instance.
+        If the library does not load, lacks a function, or makes no instance; or the script fails.
     """
     arguments = {
         "guid": description.instantiationToken,
@@ -34,6 +34,10 @@ def load(description: ModelDescription, folder: FmuFolder, name: str, log: FmuLo
         "instanceName": unique_name(name, log),
     }
     version = description.fmiVersion
+    if run_as == "python":
+        script = Fmi2Python(arguments, log)
+        script.instantiate()
+        return script
     try:
         calls = VERSIONS[version[0]](arguments, log)
     except Exception as error:  # an OSError in a plain Exception, or an AttributeError of ctypes
@@ -66,5 +70,5 @@ def assign(calls: Calls, parameters: Sequence[Assignment], guard: Guard) -> None
 
 
 def _assign(calls: Calls, parameter: Assignment) -> None:
-    setter = getattr(calls.fmu, f"set{calls.kind(parameter.variable)}")
-    setter([parameter.variable.valueReference], parameter.values)
+    variable = parameter.variable
+    calls.assign(calls.kind(variable), variable.valueReference, parameter.values)

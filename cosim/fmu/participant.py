@@ -13,9 +13,11 @@ from cosim.errors import FmuError
 from cosim.fmu.description import elements, ports_of, read_description
 from cosim.fmu.folder import FmuFolder
 from cosim.fmu.guard import Guard
+from cosim.fmu.imports import imports_undone
 from cosim.fmu.loading import assign, load
 from cosim.fmu.log import ERROR, FATAL, FmuLog
 from cosim.fmu.parameters import Value, checked_parameters, start_values
+from cosim.fmu.run_as import RunAs, choose_run_as
 from cosim.fmu.state import SavedFmu, from_bytes, to_bytes
 from cosim.fmu.steps import advance, fixed_step
 from cosim.fmu.variables import FmuVariables, by_type
@@ -33,9 +35,14 @@ class FmuParticipant:
         Name of the participant.
     parameters : mapping, optional
         FMU parameters by name. One with a unit takes text such as ``"1.25 L"``, which is converted.
+    run_as : {"fmu", "python"}, optional
+        ``"python"`` runs the script of a Python FMU without its binary. By default the binary, or
+        the script where no binary fits this machine.
 
     Attributes
     ----------
+    run_as : {"fmu", "python"}
+        What it is run as.
     ports : mapping
         Its numeric inputs and outputs, in the FMU's own units; one an element of an array.
     sha256 : str
@@ -54,6 +61,8 @@ class FmuParticipant:
         path: str | Path,
         name: str = "controller",
         parameters: Mapping[str, Value] | None = None,
+        *,
+        run_as: RunAs | None = None,
     ) -> None:
         self.path = Path(path)
         self.name = name
@@ -65,9 +74,11 @@ class FmuParticipant:
         try:
             self.sha256 = hashlib.sha256(self.path.read_bytes()).hexdigest()
             self._description = read_description(self.path, self._folder)
+            folder = self._folder.path
+            self.run_as = choose_run_as(self.path, self._description, folder, run_as)
             self._parameters = checked_parameters(self.path, self._description, parameters or {})
             self.ports: Mapping[str, Port] = ports_of(self.path, self._description)
-            self._fixed = fixed_step(self.path, self._description, self._folder.path)
+            self._fixed = fixed_step(self.path, self._description, folder)
         except BaseException:
             self._folder.close()
             raise
@@ -112,8 +123,8 @@ class FmuParticipant:
         if self._started:
             raise FmuError(f"FMU {self.path} is already running; load it again for a second run")
         self._started = True
-        with self._folder.own_imports():
-            about = self._description, self._folder, self.name, self.log
+        with imports_undone(self._folder.path):
+            about = self._description, self._folder, self.run_as, self.name, self.log
             self._calls = self._guard.call("be loaded", load, *about)
         assign(self._calls, self._parameters, self._guard)
         self._guard.call("enter initialization", self._calls.enter_initialization, time)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from functools import partial
 
 from fmpy.model_description import ModelVariable
 
@@ -23,22 +22,16 @@ class FmuVariables:
     """
 
     def __init__(self, calls: Calls, variables: Sequence[ModelVariable]) -> None:
-        kind, fmu, fmi = calls.kind(variables[0]), calls.fmu, calls.prefix
+        kind = calls.kind(variables[0])
         references = [variable.valueReference for variable in variables]
-        keys = (getattr(calls.types, f"{fmi}ValueReference") * len(references))(*references)
         self._names = [name for variable in variables for name in elements(variable)]
         self._convert = python_type(variables[0])
-        self._values = (getattr(calls.types, f"{fmi}{kind}") * len(self._names))()
-        arguments = [fmu.component, keys, len(references), self._values]
-        if calls.counts_values:
-            arguments.append(len(self._names))
-        self._get = partial(getattr(fmu, f"{fmi}Get{kind}"), *arguments)
-        self._set = partial(getattr(fmu, f"{fmi}Set{kind}"), *arguments)
+        self._c_type = calls.c_type(kind)
+        self._get, self._set = calls.exchange(kind, references, len(self._names))
 
     def read(self) -> dict[str, float]:
         """Values by name."""
-        self._get()
-        return dict(zip(self._names, map(float, self._values[:]), strict=True))
+        return dict(zip(self._names, map(float, self._get()), strict=True))
 
     def write(self, values: Mapping[str, float]) -> None:
         """Set all of them; `values` may hold others too. Integers take the nearest one.
@@ -49,14 +42,15 @@ class FmuVariables:
             If an integer of the FMU's does not hold the value.
         """
         given = [values[name] for name in self._names]
-        if self._convert is float:
-            self._values[:] = given
-        else:
-            whole = [self._convert(round(value)) for value in given]
-            self._values[:] = whole
-            if list(map(int, self._values[:])) != whole:
-                raise OverflowError("the value is out of the range of its type")
-        self._set()
+        if self._convert is not float:
+            given = [self._whole(value) for value in given]
+        self._set(given)
+
+    def _whole(self, value: float) -> float:
+        whole = self._convert(round(value))
+        if self._convert is int and self._c_type(whole).value != whole:
+            raise OverflowError("the value is out of the range of its type")
+        return whole  # type: ignore[return-value]
 
 
 def by_type(calls: Calls, variables: Iterable[ModelVariable]) -> list[FmuVariables]:

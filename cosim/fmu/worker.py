@@ -66,7 +66,8 @@ def main(parent: int) -> None:
         replies.flush()
 
     opening: Request = pickle.load(requests)  # noqa: S301 - from a process of our own
-    fmu = FmuParticipant(*opening.arguments)
+    path, name, parameters, run_as = opening.arguments
+    fmu = FmuParticipant(path, name, parameters, run_as=run_as)
     fmu.log.relay = lambda status, message: send(Logged(status, message))
     send(Reply(None, None, {}))
     worker = Worker(fmu)

@@ -11,11 +11,11 @@ from pathlib import Path
 from cosim import SoftBodyParticipant, unit
 from cosim.controllers import build
 from cosim.export import Interface, platforms_of, ports_as_variables, standard
-from scenarios.assemble import build_body
 from scenarios.errors import ScenarioError
 from scenarios.export.packing import pack, shim
 from scenarios.export.parameters import exported_parameters
-from scenarios.schema import Scenario
+from scenarios.running.assemble import build_body
+from scenarios.scene.scenario import Scenario
 from softbody_core import Inputs
 from softbody_core.ground.parameters import quantities_of
 

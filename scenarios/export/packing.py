@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Final
 
 from cosim import SoftBodyParticipant
-from scenarios.assemble import build_body
 from scenarios.export.parameters import integrator_name
-from scenarios.parse import parse
-from scenarios.schema import Scenario
+from scenarios.running.assemble import build_body
+from scenarios.scene.parse import parse
+from scenarios.scene.scenario import Scenario
 
 _SCENARIO: Final = "scenario.toml"
 
@@ -61,7 +61,7 @@ def pack(scenario: Scenario, folder: Path) -> list[Path]:
             files.append(Path(shutil.copy(source, folder / f"surface-{number}{source.suffix}")))
             changes[f"{path}.file"] = files[-1].name
     text = folder / _SCENARIO
-    text.write_text(scenario.changed(changes).text, encoding="utf-8")
+    text.write_text(scenario.text_with(changes), encoding="utf-8")
     return [text, *files]
 
 

@@ -10,10 +10,15 @@ from dataclasses import is_dataclass
 from typing import Any, Final
 
 from cosim.export import Variable
-from scenarios.schema import Scenario
-from softbody_core import CONSTRAINTS, FORCES, INTEGRATORS, Weights
+from scenarios.scene.scenario import Scenario
+from softbody_core import INTEGRATORS, Weights
 from softbody_core.ground.parameters import Quantity, quantities_of
 from softbody_core.weights import Control
+
+_OF_THE_BODY: Final = re.compile(
+    r"(mesh|body|forces|contact|integrator)|(forces|constraints|obstacles)\.[^.]+"
+)
+"""Paths of the tables whose numbers decide how a body moves."""
 
 _LEAST: Final = sys.float_info.min
 """Stands for "more than 0": the bounds of FMI are bounds that a value may reach."""
@@ -26,7 +31,7 @@ def exported_parameters(scenario: Scenario) -> list[Variable]:
     """
     return [
         _variable(f"{path}.{name}", getattr(owner, name), quantity, _said(type(owner), name))
-        for path, owner in _tables(scenario).items()
+        for path, owner in _parts(scenario).items()
         for name, quantity in quantities_of(type(owner)).items()
         if isinstance(getattr(owner, name), float | int)
     ]
@@ -34,26 +39,12 @@ def exported_parameters(scenario: Scenario) -> list[Variable]:
 
 def integrator_name(scenario: Scenario) -> str:
     """Name of the scenario's integrator."""
-    return _key(INTEGRATORS, scenario.integrator)
+    return next(key for key, kind in INTEGRATORS.items() if kind is type(scenario.integrator))
 
 
-def _tables(scenario: Scenario) -> dict[str, Any]:
-    """Parameter objects of the body, by the path of their table."""
-    constraints = [one for one in scenario.constraints if type(one) in CONSTRAINTS.values()]
-    return {
-        "mesh": scenario.mesh,
-        "body": scenario.body,
-        "forces": scenario.weights,
-        **{f"forces.{_key(FORCES, force)}": force for force in scenario.forces},
-        **{f"constraints.{_key(CONSTRAINTS, one)}": one for one in constraints},
-        **{f"obstacles.{one.name}": one for one in scenario.obstacles},
-        **({"contact": scenario.contact} if scenario.obstacles else {}),
-        "integrator": scenario.integrator,
-    }
-
-
-def _key(table: dict[str, Any], owner: object) -> str:
-    return next(key for key, kind in table.items() if kind is type(owner))
+def _parts(scenario: Scenario) -> dict[str, Any]:
+    """Objects that make the body and what is around it, by the path of their table."""
+    return {path: part for path, part in scenario.parts() if _OF_THE_BODY.fullmatch(path)}
 
 
 def _variable(path: str, value: float | int, quantity: Quantity, said: str) -> Variable:

@@ -21,10 +21,11 @@ from cosim.controllers import CONTROLLERS, controller_source
 from cosim.export import Component, bound_parameters, build_configured, platforms_of, write_ssp
 from cosim.fmu.parameters import Assignment
 from cosim.matching import with_units
-from scenarios.assemble import build_body, connect, controller_path
 from scenarios.errors import ScenarioError
 from scenarios.export.body import export_fmu
-from scenarios.schema import Controller, Scenario
+from scenarios.running.assemble import build_body, connect, controller_path
+from scenarios.scene.controller import Controller
+from scenarios.scene.scenario import Scenario
 
 
 def export_ssp(scenario: Scenario, path: Path) -> list[str]:

@@ -230,7 +230,7 @@ def test_binary_for_another_machine_is_told_beside_the_rest(paper: Path, tmp_pat
     spoilt = rewritten(paper, tmp_path / "spoilt.fmu", start_below_min)
     with zipfile.ZipFile(spoilt) as old, zipfile.ZipFile(path, "w") as new:
         for name in old.namelist():
-            if not name.startswith("binaries/"):
+            if not name.startswith(("binaries/", "resources/")):
                 new.writestr(name, old.read(name))
         new.writestr("binaries/darwin64/PaperController.dylib", b"")
     said = faults(check_fmu(path, body_ports()))

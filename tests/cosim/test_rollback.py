@@ -12,7 +12,7 @@ import pytest
 
 import scenarios
 from cosim import SoftBodyParticipant
-from scenarios.assemble import build_body
+from scenarios.running.assemble import build_body
 from softbody_core import INTEGRATORS, ParameterError, SoftBody
 
 Twin = Callable[[], SoftBodyParticipant]

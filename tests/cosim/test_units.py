@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import math
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -73,6 +75,46 @@ def test_unknown_unit_is_refused_by_name(symbol: str) -> None:
     with pytest.raises(UnitError) as caught:
         unit(symbol)
     assert repr(symbol) in str(caught.value)
+
+
+# pint 0.25 reads each of these as m·s or ms: it skips what it does not know.
+@pytest.mark.parametrize("joint", [*";:,!@~|&=<?$`\\'\"#[{", ".."])
+def test_only_a_product_or_a_quotient_joins_units(joint: str) -> None:
+    with pytest.raises(UnitError) as caught:
+        unit(f"m{joint}s")
+    assert repr(f"m{joint}s") in str(caught.value)
+
+
+@pytest.mark.parametrize("symbol", [".m", "m.", "m.s.", "m..2", "m.2", "m.-s"])
+def test_a_dot_stands_between_two_units(symbol: str) -> None:
+    with pytest.raises(UnitError, match="has to stand between two units"):
+        unit(symbol)
+
+
+@pytest.mark.parametrize("symbol", ["dB", "m^0.5", "m**2.5"])
+def test_a_unit_that_fmi_cannot_say_is_refused(symbol: str) -> None:
+    with pytest.raises(UnitError, match=r"no whole number|not linear|not known"):
+        unit(symbol)
+
+
+NAMES = ["m", "s", "kg", "L", "cmH2O", "Pa", "mL", "min", "J", "N", "K"]
+POWERS = [-3, -2, -1, 1, 2, 3]
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.lists(st.tuples(st.sampled_from(NAMES), st.sampled_from(POWERS)), min_size=1, max_size=4))
+def test_a_product_of_powers_has_the_product_of_the_factors(parts: list[tuple[str, int]]) -> None:
+    symbol = ".".join(f"{name}{power}" for name, power in parts)
+    expected = math.prod(unit(name).factor ** power for name, power in parts)
+    # At most a dozen factors, each with a rounding of its own.
+    assert unit(symbol).factor == pytest.approx(expected, rel=1e-14)
+
+
+def test_what_the_library_says_of_a_unit_is_in_the_message() -> None:
+    with pytest.raises(UnitError, match="'cmH20' is not defined in the unit registry"):
+        unit("cmH20")
+    with pytest.raises(UnitError, match="'xyz' is not defined in the unit registry"):
+        quantity("1 xyz", "L")
 
 
 @pytest.mark.parametrize(("one", "other"), [("L", "cmH2O"), ("m3", "m3/s"), ("s", "s-1")])

@@ -89,7 +89,7 @@ def own_loop(folder: Path, scene: scenarios.Scenario) -> Outcome:
     names = ("controller", "body")
     parts = [FmuParticipant(folder / f"resources/{name}.fmu", name) for name in names]
     controller, body = parts
-    wires = scenarios.assemble.connect(controller, body.ports)
+    wires = scenarios.running.assemble.connect(controller, body.ports)
     points = cosimulate(
         parts,
         wires,

@@ -1,0 +1,133 @@
+"""The commands ``softbody controller``: list, new, build and check."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import App, Parameter
+from rich.console import Console
+from rich.table import Table
+
+from cosim import Causality, FmuError
+from cosim.controllers import (
+    CONTROLLERS,
+    build,
+    controller_fmu,
+    controller_source,
+    new_source,
+)
+from cosim.fmu.check import Check, PortUse, check_fmu
+from cosim.soft_body import body_ports
+from scenarios.errors import OutputError
+from scenarios.results.files import check_writable
+from scenarios.running.run import with_controller
+from scenarios.scene.catalogue import load
+
+controller_app = App(
+    name="controller", help="Controllers: list them, start one, build it as an FMU, check an FMU."
+)
+
+
+@controller_app.command(name="list")
+def list_() -> None:
+    """List the controllers that ship."""
+    out = Console()
+    for name in CONTROLLERS:
+        said = controller_source(name).read_text(encoding="utf-8").split('"""')[1]
+        out.print(f"{name:18}{said.splitlines()[0]}", highlight=False, soft_wrap=True)
+
+
+@controller_app.command(name="new")
+def new(name: str, /) -> None:
+    """Write the source of a controller that works, to be changed.
+
+    Parameters
+    ----------
+    name
+        Of the controller, such as my_vent; the file is my_vent.py in this folder.
+    """
+    text = new_source(name)
+    path = Path(f"{name}.py")
+    if path.exists():
+        raise OutputError(f"{path} is there already; choose another name, or remove it first")
+    check_writable(path, ".py")
+    path.write_text(text, encoding="utf-8")
+    out = Console()
+    out.print(f"wrote {path}, which works as it is. Next:", highlight=False, soft_wrap=True)
+    for command in (
+        f"controller build {path} -o {name}.fmu",
+        f"controller check {name}.fmu",
+        f"run sphere-lung --controller {name}.fmu",
+    ):
+        out.print(f"  softbody {command}", highlight=False, soft_wrap=True)
+
+
+@controller_app.command(name="build")
+def build_(source: str, /, *, output: Annotated[Path, Parameter(name=["--output", "-o"])]) -> None:
+    """Write a controller as an FMU.
+
+    Parameters
+    ----------
+    source
+        A name from `softbody controller list`, or a Python file with a pythonfmu class.
+    output
+        The FMU to write.
+    """
+    check_writable(output, ".fmu")
+    path = Path(source) if source.endswith(".py") else controller_source(source)
+    Console().print(f"wrote {build(path, output)}", highlight=False, soft_wrap=True)
+
+
+@controller_app.command(name="check")
+def check(fmu: str, /, *, scenario: str | None = None) -> None:
+    """Say whether an FMU can drive a body, and what is missing.
+
+    Parameters
+    ----------
+    fmu
+        The FMU, or a name from `softbody controller list`.
+    scenario
+        A scenario whose table [controller.ports] says what the FMU's ports are called.
+    """
+    names = None
+    if scenario is not None:
+        driven = with_controller(load(scenario), fmu).controller
+        names = {} if driven is None else driven.ports
+    path = controller_fmu(fmu) if fmu in CONTROLLERS else Path(fmu)
+    found = check_fmu(path, body_ports(), names)
+    _show(Console(), fmu, found)
+    if not found.ok:
+        faults = sum(finding.fault for finding in found.findings)
+        raise FmuError(
+            f"FMU {fmu} cannot drive a body: {faults} fault{'s' if faults > 1 else ''}, see above"
+        )
+
+
+def _show(out: Console, fmu: str, found: Check) -> None:
+    if found.title:
+        out.print(f"{fmu}: {found.title}", highlight=False, markup=False, soft_wrap=True)
+    if found.ports:
+        table = Table()
+        for heading in ("port", "", "unit", "the body's", "conversion"):
+            table.add_column(heading)
+        for use in found.ports:
+            table.add_row(*_row(use))
+        out.print(table, markup=False)
+    for finding in found.findings:
+        label = "[red]fault[/red]" if finding.fault else "note"
+        out.print(f"{label}: ", end="")
+        out.print(finding.text, highlight=False, markup=False, soft_wrap=True)
+    if found.ok:
+        out.print(f"ok: {fmu} can drive a body", highlight=False, markup=False, soft_wrap=True)
+
+
+def _row(use: PortUse) -> tuple[str, ...]:
+    port, partner = use.port, use.partner
+    entry = port.causality is Causality.INPUT
+    symbol = "none" if port.unit is None else port.unit.symbol
+    if partner is None:
+        return port.name, port.causality.value, symbol, "nothing" if entry else "recorded", ""
+    arrow = "←" if entry else "→"
+    offset = f" + {use.offset:g}" if use.offset else ""
+    return port.name, arrow, symbol, partner.name, f"× {use.factor:.6g}{offset}"

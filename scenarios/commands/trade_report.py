@@ -1,0 +1,165 @@
+"""What the terminal shows of a trade: a progress bar, and the Pareto front."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from scenarios.running.run import COMPLETED
+from scenarios.running.run import Progress as RunProgress
+from scenarios.studies.accuracy import Pick
+from scenarios.studies.trade.axes import named, told
+from scenarios.studies.trade.grid import GridProgress
+from scenarios.studies.trade.pareto import at_most, floor, front
+
+_HEADINGS = ("error", "end-exp.\n(mL)", "× real\ntime", "force\nevaluations", "linear\nsolves")
+
+
+@contextmanager
+def grid_bar(console: Console) -> Iterator[Callable[[GridProgress], None]]:
+    """Show which cell runs, and how many are done."""
+    columns = (
+        BarColumn(bar_width=20),
+        TextColumn("{task.fields[runs]}"),
+        TimeElapsedColumn(),
+        TextColumn("{task.fields[cell]}"),
+    )
+    with Progress(*columns, console=console, disable=console.quiet) as bar:
+        task = bar.add_task("trade", total=None, runs="", cell="", visible=False)
+
+        def show(at: GridProgress) -> None:
+            runs = f"run {min(int(at.done) + 1, at.total)} of {at.total}"
+            bar.update(
+                task, total=at.total, completed=at.done, runs=runs, cell=at.name, visible=True
+            )
+
+        yield show
+
+
+@contextmanager
+def trial_bar(console: Console) -> Iterator[Callable[[str, RunProgress], None]]:
+    """Show which integrator is tried, and how far it is."""
+    columns = (
+        BarColumn(bar_width=20),
+        TextColumn("trying {task.fields[name]}"),
+        TimeElapsedColumn(),
+    )
+    with Progress(*columns, console=console, disable=console.quiet, transient=True) as bar:
+        task = bar.add_task("pick", total=1.0, name="", visible=False)
+
+        def show(name: str, at: RunProgress) -> None:
+            bar.update(task, completed=at.time / at.duration, name=name, visible=True)
+
+        yield show
+
+
+def show_pick(console: Console, picked: Pick, accuracy: float) -> None:
+    """Say which integrator was picked, how far off it should be, and how to have it again."""
+    table = ", ".join(
+        f"{key} = {value!r}" if isinstance(value, float) else f'{key} = "{value}"'
+        for key, value in picked.integrator.items()
+    )
+    if picked.error > accuracy:
+        console.print(
+            f"warning: nothing tried holds {accuracy:g}. A controller that reacts too hard to what "
+            "it samples makes small errors large: look at its band, or at the airway's resistance",
+            style="yellow",
+            highlight=False,
+            markup=False,
+        )
+    console.print(
+        f"picked {picked.name}: estimated error {picked.error:.1e} of the volume's range, the "
+        f"cheapest good one of {len(picked.tried)} tried on the first breath. The same without "
+        f"trying: --set 'integrator = {{{table}}}'",
+        highlight=False,
+        markup=False,
+        soft_wrap=True,
+    )
+
+
+def show_trade(console: Console, dataset: xr.Dataset, *, every: bool = False) -> None:
+    """Print the Pareto front by cost, or every cell; what failed; how good the reference is.
+
+    Parameters
+    ----------
+    console : Console
+        Where to.
+    dataset : xarray.Dataset
+        Of `scenarios.trade`.
+    every : bool
+        Print the cells off the front too; those on it have a star.
+    """
+    axes = [str(name) for name in dataset["error"].dims]
+    cells = dataset.assign(front=front(dataset), bounded=at_most(dataset))
+    rows = cells.to_dataframe().sort_values("wall_time_per_second").reset_index().to_dict("records")
+    done = [row for row in rows if row["status"] == COMPLETED]
+    shown = [row for row in done if every or row["front"]]
+    table = Table(
+        title=escape(f"{dataset.attrs['title']}: {'all cells' if every else 'Pareto front'}"),
+        caption=f"{len(done)} of {len(rows)} cells have a result, {len(shown)} are shown",
+        caption_justify="left",
+        box=SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
+        show_edge=False,
+    )
+    table.add_column()
+    for name in axes:
+        table.add_column(
+            name.replace("_", " "), min_width=max(map(len, map(told, cells[name].values)))
+        )
+    for heading in _HEADINGS:
+        table.add_column(heading, justify="right")
+    for row in shown:
+        star = "*" if row["front"] else ""
+        table.add_row(star, *(told(row[name]) for name in axes), *_numbers(row, floor(dataset)))
+    console.print(table)
+    for row in rows:
+        if row["status"] != COMPLETED:
+            setting = named({name: row[name] for name in axes})
+            console.print(f"{setting}: {row['status']}", highlight=False, markup=False)
+    console.print(_about_reference(dataset), highlight=False, markup=False)
+    if "points_change" in dataset:
+        console.print(_about_points(dataset), highlight=False, markup=False)
+
+
+def _numbers(row: dict[Hashable, Any], smallest: float) -> list[str]:
+    error = f"≤ {smallest:.1e}" if row["bounded"] else f"{row['error']:.1e}"
+    return [
+        error,
+        f"{1000 * row['end_expiratory_error']:.2g}",
+        f"{1 / row['wall_time_per_second']:.3g}",
+        f"{row['force_evaluations']:,.0f}",
+        f"{row['linear_solves']:,.0f}",
+    ]
+
+
+def _about_reference(dataset: xr.Dataset) -> str:
+    error = dataset.attrs["reference_error"]
+    if np.isnan(error):
+        return "there is no reference: it was not reached"
+    return (
+        f"reference: {dataset.attrs['reference']}. Halving its step changes it by {error:.1e}; "
+        f"errors below {floor(dataset):.1e} are not told apart"
+    )
+
+
+def _about_points(dataset: xr.Dataset) -> str:
+    points = dataset["points"].to_numpy()
+    changes = dataset["points_change"].to_numpy()
+    said = ", ".join(
+        f"{change:.1e} from {coarse} to {fine} points"
+        for change, coarse, fine in zip(changes[:-1], points[:-1], points[1:], strict=True)
+    )
+    order = dataset.attrs.get("points_order", np.nan)
+    if np.isnan(order):
+        return f"change of the converged volume: {said or 'none'}; an order takes three meshes"
+    return f"change of the converged volume: {said}; order {order:.2f} in the edge length"

@@ -1,0 +1,5 @@
+from cosim import *
+from scenarios import *
+from softbody_core import *
+
+def main() -> int: ...

@@ -1,0 +1,129 @@
+"""What a run is not asked for costs nothing: counted in calls and in what is kept."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import scenarios
+from cosim import Variable
+from scenarios import Scenario
+from scenarios.commands import run as run_command
+from scenarios.running import assemble, session
+from scenarios.running.snapshots import Snapshots
+from scenarios.running.variables import variables_of
+from softbody_core import SoftBody, SurfaceSPH
+from softbody_core.forces import surface_sph
+from tests.scenarios.conftest import SMALL, Cli
+
+
+@pytest.fixture
+def looks(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    """Times at which the positions of a body are copied."""
+    times: list[float] = []
+
+    def positions(body: SoftBody) -> np.ndarray:
+        times.append(body.time)
+        return body.state.positions.T.copy()
+
+    monkeypatch.setattr(SoftBody, "positions", property(positions))
+    return times
+
+
+def test_positions_are_kept_on_request_alone(
+    small: Scenario, looks: list[float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made: list[Snapshots] = []
+
+    def make(*arguments: object) -> Snapshots:
+        made.append(Snapshots(*arguments))
+        return made[-1]
+
+    monkeypatch.setattr(session, "Snapshots", make)
+    dataset = scenarios.run(small)
+    assert (looks, made[0]._positions, made[0]._times) == ([], [], [])
+    assert {"position", "triangles"}.isdisjoint(dataset.data_vars)
+    assert set(dataset.sizes) == {"time", "axis"}
+    asked = scenarios.run(small, positions_every=0.5)
+    np.testing.assert_allclose(looks, np.arange(9) * 0.5, atol=1e-12)
+    assert asked["position"].shape == (9, 162, 3)
+
+
+def test_a_dataset_holds_what_is_recorded_and_nothing_else(
+    small: Scenario, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    wanted = ["flow", "volume"]
+
+    def few(*participants: Any) -> list[Variable]:
+        return [variable for variable in variables_of(*participants) if variable.name in wanted]
+
+    assert len(scenarios.run(small).data_vars) > len(wanted)
+    monkeypatch.setattr(session, "variables_of", few)
+    assert sorted(scenarios.run(small).data_vars) == wanted
+
+
+def test_a_body_is_looked_at_once_a_communication_step(
+    small: Scenario, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen: list[float] = []
+    original = SoftBody._look_at
+
+    def look_at(body: SoftBody, state: object, inputs: object) -> object:
+        seen.append(state.time)
+        return original(body, state, inputs)
+
+    monkeypatch.setattr(SoftBody, "_look_at", look_at)
+    scenarios.run(small)
+    assert len(seen) == 1 + 120
+    assert len(set(seen)) == 1 + 120
+
+
+def test_a_scenario_without_a_fluid_binds_none(
+    small: Scenario, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    searches: list[float] = []
+
+    class Watched(surface_sph.NeighbourList):
+        def __init__(self, radius: float) -> None:
+            searches.append(radius)
+            super().__init__(radius)
+
+    monkeypatch.setattr(surface_sph, "NeighbourList", Watched)
+    fluid = {"forces.surface_sph.gas_constant": "30 m^2/s^2"}
+    assert SurfaceSPH not in {type(law) for law in small.forces}
+    scenarios.running.assemble.build_body(small)
+    scenarios.running.assemble.build_body(small.changed({**fluid, "forces.beta": 0.0}))
+    assert searches == []
+    scenarios.running.assemble.build_body(small.changed(fluid))
+    assert len(searches) == 1
+
+
+def test_a_command_makes_what_it_is_asked_for(
+    cli: Cli, looks: list[float], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """No trials without --accuracy, no picture with --no-plot, one body, no positions."""
+    bodies: list[Scenario] = []
+    original = assemble.build_body
+
+    def build_body(scenario: Scenario) -> SoftBody:
+        bodies.append(scenario)
+        return original(scenario)
+
+    def unasked(*_: object, **__: object) -> None:
+        pytest.fail("nobody asked for this")
+
+    monkeypatch.setattr(assemble, "build_body", build_body)
+    monkeypatch.setattr(run_command, "pick", unasked)
+    monkeypatch.setattr(run_command, "save_overview", unasked)
+    changes = [part for path, value in SMALL.items() for part in ("--set", f"{path}={value}")]
+    said = cli("run", "sphere-lung", *changes, "--no-plot", "--quiet")
+    assert (said.code, said.out) == (0, "")
+    assert (len(bodies), looks) == (1, [])
+    assert [path.name for path in tmp_path.iterdir() if not path.is_dir()] == ["out.nc"]
+    with xr.open_dataset(tmp_path / "out.nc") as dataset:
+        assert "position" not in dataset
+        assert dataset.sizes["time"] == 121
