@@ -19,7 +19,7 @@ from softbody_core import (
     Membrane,
     SoftBodyModel,
     SurfaceMesh,
-    ball,
+    fibonacci_sphere,
     icosphere,
 )
 from softbody_core.configuration import Configuration
@@ -45,7 +45,7 @@ def main() -> None:
         name, radius = type(law).__name__, float(np.cbrt(3 * VOLUME / (4 * np.pi)))
         closed = [exact(s, radius) for s in STRETCHES]
         rows.append([name, "closed form", "", *(f"{pressure:.1f} Pa" for pressure in closed)])
-        for kind, make in (("icosphere", _icosphere), ("Fibonacci", ball)):
+        for kind, make in (("icosphere", _icosphere), ("Fibonacci", fibonacci_sphere)):
             for n in POINTS:
                 mesh = make(n).scaled_to_volume(VOLUME)
                 found = [pressure(law, mesh, s) for s in STRETCHES]

@@ -24,7 +24,7 @@ from softbody_core import (
     SurfaceMesh,
     SurfaceSPH,
     SymplecticEuler,
-    ball,
+    fibonacci_sphere,
 )
 from softbody_core.forces import Law
 from softbody_core.integrators.symplectic_euler import _SymplecticEuler
@@ -46,7 +46,7 @@ def main() -> None:
         smallest = 0.0
         for points in SIZES:
             started = process_time()
-            march = _march(ball(points, 0.084), laws)
+            march = _march(fibonacci_sphere(points, 0.084), laws)
             next(march)
             set_up = process_time() - started
             step = cost(lambda march=march: next(march), number=max(1, 400_000 // points))
@@ -87,7 +87,7 @@ def _memory(points: int, laws: Sequence[Law]) -> tuple[int, int, int]:
     tracemalloc.start()
     try:
         before, _ = tracemalloc.get_traced_memory()
-        march = _march(ball(points, 0.084), laws)
+        march = _march(fibonacci_sphere(points, 0.084), laws)
         next(march)
         held, peak = tracemalloc.get_traced_memory()
         tracemalloc.reset_peak()

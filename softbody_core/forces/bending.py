@@ -179,8 +179,9 @@ class _BoundBending(BoundLaw[Bending]):
             (np.cos(self._rest_angles / 2), 1),
             (np.sin(self._rest_angles / 2), -1),
         ):
-            one, two = left.length / np.sqrt(left.size), sign * right.length / np.sqrt(right.size)
-            parts = [one, two, -(one * left.foot + two * right.foot)]
+            on_left = left.length / np.sqrt(left.size)
+            on_right = sign * right.length / np.sqrt(right.size)
+            parts = [on_left, on_right, -(on_left * left.foot + on_right * right.foot)]
             turn = sp.hstack([sp.diags_array(part) for part in parts]) @ self._reach
             operator = operator + turn.T @ sp.diags_array(self._weights * share**2) @ turn
         operator = sp.csr_array(operator)

@@ -1,6 +1,6 @@
 """What a law of force is: parameters first, then bound to a mesh and its masses.
 
-A law is a frozen dataclass with `bind`, and says of itself what schemes and tests have to know.
+A law is a frozen dataclass with `bind`, and says of itself what integrators and tests have to know.
 Bound, it gives the force on each point. A scene that does not name a law never binds it.
 """
 

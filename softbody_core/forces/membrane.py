@@ -23,7 +23,7 @@ from softbody_core.state import Inputs
 from softbody_core.weights import Control
 
 _STRETCHED = 2.0
-"""Stiffness of the implicit schemes' operator over that at rest.
+"""Stiffness of the majorant over that at rest.
 
 The law stiffens with the square of the stretch. An iteration converges where its matrix is at least
 half the exact one: up to a stretch of √3 with this value, five times the volume. Beyond, and for a

@@ -20,8 +20,8 @@ class BDF2(ImplicitIntegrator):
     """Second order with step size control (Hairer, Nørsett & Wanner 1993, III.5).
 
     One implicit equation a step, half of what `SDIRK2` needs. A step builds on the one before, so
-    the scheme starts again, with a step of backward Euler, whenever the inputs jump: it suits long
-    communication steps and inputs that stay.
+    the integrator starts again, with a step of backward Euler, whenever the inputs jump: it suits
+    long communication steps and inputs that stay.
     """
 
     order: ClassVar[int | None] = 2

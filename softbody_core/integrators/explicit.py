@@ -1,4 +1,4 @@
-"""What explicit schemes share: equal substeps, as many as the stability limit asks for."""
+"""What explicit integrators share: equal substeps, as many as the stability limit asks for."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ Moment = tuple[Floats, Floats, Configuration]
 
 @dataclass(frozen=True)
 class ExplicitIntegrator(Integrator):
-    """Parameters of every explicit scheme.
+    """Parameters of every explicit integrator.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What implicit schemes share: inner steps that halve and double under an error estimate."""
+"""What implicit integrators share: inner steps that halve and double under an error estimate."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _LONGEST_WAIT: Final = 64
 
 @dataclass(frozen=True)
 class ImplicitIntegrator(Integrator):
-    """Parameters of every implicit scheme.
+    """Parameters of every implicit integrator.
 
     Parameters
     ----------

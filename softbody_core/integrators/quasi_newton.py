@@ -1,7 +1,7 @@
-"""The equation that every implicit scheme solves, by a quasi-Newton iteration.
+"""The equation that every implicit integrator solves, by a quasi-Newton iteration.
 
-M (v − v*) = z F(x* + z v, v), with x*, v* and z given by the scheme. The iteration matrix is
-M + z² K̄ + z C̄ plus the rank-one parts of gas and airway. K̄ and C̄ are constant and positive
+M (v − v*) = z F(x* + z v, v), with x*, v* and z given by the integrator. The iteration matrix is
+M + z² K̄ + z C̄ plus the rank-one parts of the laws along ∂V/∂x. K̄ and C̄ are constant and positive
 semi-definite, act on each component alike, and are at least the springs' stiffness and damping in
 every configuration (Baraff & Witkin 1998 make the exact matrix definite instead, and have to
 factor it anew each step). So one factorization of an (n, n) matrix serves a step size for good, and

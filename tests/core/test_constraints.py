@@ -25,12 +25,12 @@ from softbody_core import (
     WeightCourse,
     WeightRatio,
     Weights,
-    ball,
+    fibonacci_sphere,
 )
 from softbody_core.forces import surface_sph
 from tests.core.contacts import INERTIAL
 
-MESH = ball(100, 0.05)
+MESH = fibonacci_sphere(100, 0.05)
 SPRINGS, GAS = MassSpring(100.0, 0.05), InternalPressure(1e-4)
 FLUID = SurfaceSPH(30.0, 0.2)
 
@@ -320,7 +320,9 @@ def test_gravity_that_comes_up_slowly():
 
 
 def test_two_contacts_are_refused():
-    contacts = [Contact((RigidBody(ball(20, 0.01).moved([x, 0, 0])),)) for x in (-0.2, 0.2)]
+    contacts = [
+        Contact((RigidBody(fibonacci_sphere(20, 0.01).moved([x, 0, 0])),)) for x in (-0.2, 0.2)
+    ]
     with pytest.raises(ParameterError, match="into one Contact"):
         made(contacts)
 
@@ -331,6 +333,6 @@ def test_points_are_whole_numbers():
 
 
 def test_contact_comes_after_what_moves_points():
-    wall = Contact((RigidBody(ball(20, 0.01).moved([0.2, 0, 0])),))
+    wall = Contact((RigidBody(fibonacci_sphere(20, 0.01).moved([0.2, 0, 0])),))
     cap = VolumeCap(2 * MESH.volume)
     assert [one.last for one in made([wall, cap]).model.projections] == [False, True]

@@ -24,7 +24,7 @@ from softbody_core import (
     State,
     SurfaceSPH,
     Weights,
-    ball,
+    fibonacci_sphere,
 )
 from softbody_core.configuration import Configuration
 from softbody_core.forces import BoundLaw, ResistanceLaw, mass_spring, surface_sph
@@ -34,7 +34,7 @@ from softbody_core.integrators.constant_operator import ConstantOperator
 from softbody_core.integrators.explicit import RECHECK
 from softbody_core.state import Inputs
 
-MESH = ball(200, 0.08)
+MESH = fibonacci_sphere(200, 0.08)
 SPRINGS, PRESSURE = MassSpring(200.0, 0.1), InternalPressure(1e-3)
 FLUID, AIRWAY = SurfaceSPH(30.0, 0.5), AirwayResistance(5e5)
 EXPLICIT = [name for name, scheme in INTEGRATORS.items() if hasattr(scheme(), "max_substep")]
@@ -204,7 +204,7 @@ def test_a_steady_step_allocates_its_results_alone():
     So half a result of slack shows the smallest array that is made anew; what Python itself needs
     is a hundredth.
     """
-    mesh, slack = ball(2000, 0.08), 0.5
+    mesh, slack = fibonacci_sphere(2000, 0.08), 0.5
     laws = [SPRINGS, PRESSURE, Gravity(), FLUID]
     masses = 0.5 * mesh.point_areas / mesh.area
     state, inputs = State.at_rest(mesh), Inputs(200.0, 2000.0)

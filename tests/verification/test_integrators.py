@@ -17,7 +17,7 @@ from softbody_core import (
     State,
     SurfaceSPH,
     VelocityVerlet,
-    ball,
+    fibonacci_sphere,
     icosphere,
 )
 from softbody_core.configuration import Configuration
@@ -50,7 +50,7 @@ def wobbling(resistance):
     The fluid's radius spans the body: the spiky kernel has a kink at its edge, and a pair that
     crossed it would hide a fourth order.
     """
-    mesh = ball(30, 0.08)
+    mesh = fibonacci_sphere(30, 0.08)
     laws = [
         MassSpring(20.0, 0.05),
         SurfaceSPH(3.0, 0.3, 5.0),
@@ -105,7 +105,7 @@ def test_the_declared_order_is_reached(name, resistance):
 def test_free_fall(name):
     """x = −g t²/2 for every point; springs do not notice."""
     g = 9.80665
-    model = SoftBodyModel(ball(30, 0.08), 0.5, [MassSpring(20.0), Gravity()])
+    model = SoftBodyModel(fibonacci_sphere(30, 0.08), 0.5, [MassSpring(20.0), Gravity()])
     body = SoftBody(model, with_step(name, 1e-3))
     body.step(0.1)
     fallen = body.positions - model.mesh.points
@@ -136,7 +136,7 @@ def test_a_tetrahedron_breathes_at_its_closed_frequency(tetrahedron):
 
 
 def test_verlet_keeps_energy_of_undamped_springs():
-    model = SoftBodyModel(ball(60, 0.08), 0.5, [MassSpring(100.0)])
+    model = SoftBodyModel(fibonacci_sphere(60, 0.08), 0.5, [MassSpring(100.0)])
 
     def drift(h):
         body = SoftBody(model, VelocityVerlet(max_substep=h))
@@ -158,7 +158,7 @@ def test_verlet_keeps_energy_of_undamped_springs():
 @pytest.mark.parametrize("name", ORDERED)
 def test_a_free_body_keeps_its_momentum(name):
     laws = [MassSpring(100.0, 0.1), SurfaceSPH(30.0, 0.5), InternalPressure(1e-3)]
-    model = SoftBodyModel(ball(60, 0.08), 0.5, [*laws, AirwayResistance(1e5)])
+    model = SoftBodyModel(fibonacci_sphere(60, 0.08), 0.5, [*laws, AirwayResistance(1e5)])
     body = SoftBody(model, INTEGRATORS[name]())
     velocities = 0.3 * np.random.default_rng(2).normal(size=(3, 60)) + [[0.1], [0.2], [0.3]]
     body.state = State(0.0, body.state.positions, velocities)

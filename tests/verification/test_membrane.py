@@ -19,7 +19,7 @@ from softbody_core import (
     ParameterError,
     SoftBody,
     SoftBodyModel,
-    ball,
+    fibonacci_sphere,
     icosphere,
 )
 from softbody_core.configuration import Configuration
@@ -71,8 +71,11 @@ def inflation_error(law, closed_form, mesh, stretch):
     return pressure * mesh.radius / closed_form(inflated(law, mesh, pressure, stretch)) - 1
 
 
-SIZES = {"icosphere": (icosphere(2), icosphere(3)), "Fibonacci": (ball(162), ball(642))}
-FINE = {"icosphere": icosphere(4), "Fibonacci": ball(2562)}
+SIZES = {
+    "icosphere": (icosphere(2), icosphere(3)),
+    "Fibonacci": (fibonacci_sphere(162), fibonacci_sphere(642)),
+}
+FINE = {"icosphere": icosphere(4), "Fibonacci": fibonacci_sphere(2562)}
 
 
 @pytest.mark.parametrize("stretch", [1.1, 1.3])

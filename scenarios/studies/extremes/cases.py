@@ -23,7 +23,7 @@ from softbody_core import (
     SurfaceMesh,
     SurfaceSPH,
     Weights,
-    ball,
+    fibonacci_sphere,
 )
 from softbody_core.constraints import Constraint
 from softbody_core.forces import Law
@@ -117,7 +117,7 @@ class Case:
 
     def with_points(self, count: int) -> Case:
         """Take a ball of the same volume; the more points, the shorter the case."""
-        mesh = ball(count).scaled_to_volume(self.mesh.volume)
+        mesh = fibonacci_sphere(count).scaled_to_volume(self.mesh.volume)
         return replace(self.with_mesh(mesh), dt=min(self.dt, 10 / count))
 
     def shaped(self, shape: str) -> Case:
