@@ -1,4 +1,4 @@
-"""The controllers that ship: sources beside this file, built into FMUs on first use.
+"""Controllers: the sources that ship beside this file, built into FMUs on first use.
 
 A new controller is one file here and one line in `CONTROLLERS`. Each file stands alone: a module
 that two FMUs shared would be found by its name, and so be taken from the one that was loaded first.
@@ -31,7 +31,7 @@ CONTROLLERS: Final[dict[str, str]] = {
 
 _NAME: Final = re.compile(r"[a-z][a-z0-9_]*")
 
-__all__ = ["CONTROLLERS", "build", "controller_fmu", "controller_source", "new_source"]
+__all__ = ["CONTROLLERS", "build", "controller_fmu", "controller_source", "fmu_of", "new_source"]
 
 
 def controller_source(name: str) -> Path:
@@ -77,13 +77,31 @@ def new_source(name: str) -> str:
 
 
 def controller_fmu(name: str) -> Path:
-    """FMU of a controller that ships, from the user's cache, built if it is not there.
+    """FMU of a controller that ships; see `fmu_of`."""
+    return fmu_of(controller_source(name), name)
+
+
+def fmu_of(source: Path, name: str | None = None) -> Path:
+    """FMU of a controller's source, from the user's cache, built if it is not there.
 
     The file's name holds the hash of its content, so a changed source is never answered by an old
     FMU.
+
+    Parameters
+    ----------
+    source : Path
+        A Python file with a pythonfmu class.
+    name : str, optional
+        What the FMU's file name begins with; that of the source by default.
+
+    Raises
+    ------
+    ControllerError
+        If the source does not exist, or cannot be built.
     """
-    source = controller_source(name)
-    file = f"{name}-{content_hash(source)[:16]}.fmu"
+    if not source.is_file():
+        raise ControllerError(f"controller source {source} does not exist; check the path")
+    file = f"{name or source.stem}-{content_hash(source)[:16]}.fmu"
     cached = platformdirs.user_cache_path("softbody-cosim") / file
     if cached.is_file():
         return cached
@@ -92,7 +110,7 @@ def controller_fmu(name: str) -> Path:
         folder = tempfile.TemporaryDirectory(dir=cached.parent)
     except OSError:  # a home that cannot be written: build for this process alone
         return build(source, Path(tempfile.mkdtemp(prefix="softbody-cosim-")) / file)
-    with folder as name:
+    with folder as place:
         # Moved at once, so that another process never sees half a file.
-        build(source, Path(name) / file).replace(cached)
+        build(source, Path(place) / file).replace(cached)
     return cached

@@ -15,6 +15,7 @@ from cosim.controllers import (
     build,
     controller_fmu,
     controller_source,
+    fmu_of,
     new_source,
 )
 from cosim.fmu.check import Check, PortUse, check_fmu
@@ -56,9 +57,9 @@ def new(name: str, /) -> None:
     out = Console()
     out.print(f"wrote {path}, which works as it is. Next:", highlight=False, soft_wrap=True)
     for command in (
+        f"controller check {path}",
+        f"run sphere-lung --controller {path}",
         f"controller build {path} -o {name}.fmu",
-        f"controller check {name}.fmu",
-        f"run sphere-lung --controller {name}.fmu",
     ):
         out.print(f"  softbody {command}", highlight=False, soft_wrap=True)
 
@@ -81,12 +82,12 @@ def build_(source: str, /, *, output: Annotated[Path, Parameter(name=["--output"
 
 @controller_app.command(name="check")
 def check(fmu: str, /, *, scenario: str | None = None) -> None:
-    """Say whether an FMU can drive a body, and what is missing.
+    """Say whether a controller can drive a body, and what is missing.
 
     Parameters
     ----------
     fmu
-        The FMU, or a name from `softbody controller list`.
+        The FMU, a Python file with a pythonfmu class, or a name from `softbody controller list`.
     scenario
         A scenario whose table [controller.ports] says what the FMU's ports are called.
     """
@@ -94,13 +95,16 @@ def check(fmu: str, /, *, scenario: str | None = None) -> None:
     if scenario is not None:
         driven = with_controller(load(scenario), fmu).controller
         names = {} if driven is None else driven.ports
-    path = controller_fmu(fmu) if fmu in CONTROLLERS else Path(fmu)
+    if fmu in CONTROLLERS:
+        path = controller_fmu(fmu)
+    else:
+        path = fmu_of(Path(fmu)) if fmu.endswith(".py") else Path(fmu)
     found = check_fmu(path, body_ports(), names)
     _show(Console(), fmu, found)
     if not found.ok:
         faults = sum(finding.fault for finding in found.findings)
         raise FmuError(
-            f"FMU {fmu} cannot drive a body: {faults} fault{'s' if faults > 1 else ''}, see above"
+            f"{fmu} cannot drive a body: {faults} fault{'s' if faults > 1 else ''}, see above"
         )
 
 

@@ -73,7 +73,7 @@ def ssp(
     output
         The SSP to write.
     controller
-        Another controller: a name from `softbody controller list`, or an FMU file.
+        Another controller: a name from `softbody controller list`, an FMU, or a Python file.
     set_
         Change a value, such as --set forces.alpha=0.5. May be repeated.
     """

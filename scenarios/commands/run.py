@@ -48,7 +48,7 @@ def run_(
     scenario
         A name from `softbody list`, or a TOML file.
     controller
-        Another controller: a name from `softbody controller list`, or an FMU file.
+        Another controller: a name from `softbody controller list`, an FMU, or a Python file.
     set_
         Change a value, such as --set forces.alpha=0.5 or --set "body.mass=0.4 kg". May be repeated.
     cycles

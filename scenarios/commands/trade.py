@@ -43,7 +43,7 @@ def trade_(
         extrapolation.
         Values of your own go behind it: --axis integrator=sdirk2:rk4,dt=1:0.5
     controller
-        Another controller: a name from `softbody controller list`, or an FMU file.
+        Another controller: a name from `softbody controller list`, an FMU, or a Python file.
     set_
         Change a value, such as --set forces.alpha=0.5 or --set "body.mass=0.4 kg". May be repeated.
     cycles

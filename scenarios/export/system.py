@@ -17,7 +17,7 @@ from cosim import (
     unit,
 )
 from cosim.connection import Wiring
-from cosim.controllers import CONTROLLERS, controller_source
+from cosim.controllers import controller_source
 from cosim.export import Component, bound_parameters, build_configured, platforms_of, write_ssp
 from cosim.fmu.parameters import Assignment
 from cosim.matching import with_units
@@ -65,7 +65,10 @@ def export_ssp(scenario: Scenario, path: Path) -> list[str]:
         )
     body = SoftBodyParticipant(build_body(scenario), inputs=scenario.inputs)
     controller = FmuParticipant(
-        controller_path(chosen, scenario.folder), "controller", chosen.parameters
+        controller_path(chosen, scenario.folder),
+        "controller",
+        chosen.parameters,
+        run_as=chosen.isolation.run_as,
     )
     try:
         controller.ports = with_units(controller.ports, chosen.ports)
@@ -79,7 +82,7 @@ def export_ssp(scenario: Scenario, path: Path) -> list[str]:
         body_fmu = Path(name) / "body.fmu"
         platforms = export_fmu(scenario, body_fmu, units)
         bound = bound_parameters(controller.path, chosen.parameters)
-        fmu = _controller_fmu(chosen, controller.path, bound, Path(name))
+        fmu = _controller_fmu(chosen, scenario.folder, controller.path, bound, Path(name))
         components = [
             Component("controller", fmu, controller.ports, bound),
             Component("body", body_fmu, _with_units(body.ports, units)),
@@ -128,10 +131,15 @@ def _with_units(ports: Mapping[str, Port], units: Mapping[str, str]) -> dict[str
 
 
 def _controller_fmu(
-    controller: Controller, fmu: Path, parameters: Sequence[Assignment], folder: Path
+    controller: Controller,
+    where: Path,
+    fmu: Path,
+    parameters: Sequence[Assignment],
+    folder: Path,
 ) -> Path:
     """FMU of a controller: that which is there, or one with other start values."""
-    if controller.use not in CONTROLLERS or not parameters:
+    if controller.use.endswith(".fmu") or not parameters:
         return fmu
     starts = {one.variable.name: one.values[0] for one in parameters}
-    return build_configured(controller_source(controller.use), starts, folder / "controller.fmu")
+    source = where / controller.use if controller.is_file else controller_source(controller.use)
+    return build_configured(source, starts, folder / "controller.fmu")

@@ -22,6 +22,7 @@ from scenarios.errors import CheckpointError, RunError, ScenarioError
 from scenarios.running.assemble import build_participants, controller_path
 from scenarios.running.checkpoint import Checkpoints, Kept, read, write
 from scenarios.running.session import Session
+from scenarios.scene.controller import Controller
 from scenarios.scene.parse import parse
 from scenarios.scene.scenario import Scenario
 from softbody_core import SimulationError, Work
@@ -85,7 +86,8 @@ def run(
     scenario : Scenario
         From `scenarios.load`.
     controller : str or Path, optional
-        Another controller: one that ships, by name, or an FMU file.
+        Another controller: one that ships, by name, an FMU, or a Python file with a pythonfmu
+        class.
     positions_every : float, optional
         Also keep the positions of all points each so many seconds, at communication points.
     checkpoints : Checkpoints, optional
@@ -157,6 +159,7 @@ def _start(scenario: Scenario, options: _Options, kept: Kept | None = None) -> x
         path,
         "controller",
         chosen.parameters,
+        run_as=chosen.isolation.run_as,
         isolation=chosen.isolation.isolation,
         time_limit=chosen.isolation.time_limit,
     )
@@ -186,7 +189,7 @@ def with_controller(scenario: Scenario, controller: str | Path) -> Scenario:
             "[inputs]); give it a table [controller] instead"
         )
     use = str(controller)
-    if use.endswith(".fmu"):
+    if Controller(use).is_file:
         use = str(Path(use).resolve())
     return scenario.changed({"controller.use": use})
 

@@ -12,6 +12,7 @@ from typing import Annotated, Any, Final
 from cosim import UnitError, unit
 from cosim.controllers import CONTROLLERS
 from cosim.fmu.isolation import ISOLATIONS, TIME_LIMIT
+from cosim.fmu.run_as import RunAs
 from cosim.matching import PortName
 from cosim.soft_body import body_ports
 from scenarios.errors import ScenarioError
@@ -24,16 +25,20 @@ ControllerValue = float | int | bool | str
 
 @dataclass(frozen=True)
 class Isolation(Parameters):
-    """Where an FMU runs.
+    """Where a controller runs, and as what.
 
     Parameters
     ----------
+    run_as : {"fmu", "python"}, optional
+        "python" runs the script of a Python FMU without its binary; by default, the FMU where its
+        binary fits the machine.
     isolation : str
         "none" for this process, "process" for one of its own.
     time_limit : float
         In its own process, how long it may take to answer one call, s.
     """
 
+    run_as: RunAs | None = None
     isolation: str = "none"
     time_limit: Annotated[float, Quantity("s", above=0)] = TIME_LIMIT
 
@@ -49,7 +54,7 @@ class Controller:
     Attributes
     ----------
     use : str
-        A controller that ships, or an FMU file.
+        A controller that ships, an FMU, or a Python file with a pythonfmu class.
     parameters : mapping
         What its parameters are set to.
     isolation : Isolation
@@ -66,7 +71,12 @@ class Controller:
     @property
     def key(self) -> str:
         """Name of the table of its parameters: its own name, or that of its file."""
-        return Path(self.use).stem if self.use.endswith(".fmu") else self.use
+        return Path(self.use).stem if self.is_file else self.use
+
+    @property
+    def is_file(self) -> bool:
+        """Whether it is named by its file."""
+        return self.use.endswith((".fmu", ".py"))
 
 
 def read_controller(data: Any, path: str, decode: Decode) -> Controller:
@@ -79,7 +89,9 @@ def read_controller(data: Any, path: str, decode: Decode) -> Controller:
     """
     use = table(data, path).get("use")
     if not isinstance(use, str):
-        raise ScenarioError(f"{path}.use = {use!r}: expected a controller's name or an FMU file")
+        raise ScenarioError(
+            f"{path}.use = {use!r}: expected a controller's name, an FMU (.fmu) or a source (.py)"
+        )
     isolation = {k: data[k] for k in _ISOLATION if not isinstance(data.get(k, {}), dict)}
     tables = {
         key: table(value, f"{path}.{key}")
@@ -100,7 +112,7 @@ def read_controller(data: Any, path: str, decode: Decode) -> Controller:
         use,
         parameters,
         _read_isolation(isolation, path, decode),
-        ports if use.endswith(".fmu") else {},
+        ports if Controller(use).is_file else {},
     )
 
 

@@ -182,5 +182,5 @@ class Scenario(Scene):
                     f"obstacles.{obstacle.name}.mesh.file",
                     str(self.folder / obstacle.mesh.file),
                 )
-        if self.controller is not None and self.controller.use.endswith(".fmu"):
+        if self.controller is not None and self.controller.is_file:
             yield "controller.use", str(self.folder / self.controller.use)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import NoneType
 from typing import Any, Literal, get_args, get_origin
 
 import msgspec
@@ -34,6 +35,7 @@ def read_value(value: Any, kind: Any, expected: Quantity | None, path: str, *, s
     ScenarioError
         If the value does not fit.
     """
+    kind = _given(kind)
     if get_origin(kind) is Literal:
         return choose(value, {name: name for name in get_args(kind)}, path)
     if expected is None:
@@ -51,6 +53,12 @@ def read_value(value: Any, kind: Any, expected: Quantity | None, path: str, *, s
     except ParameterError as error:
         raise ScenarioError(str(error)) from error
     return number
+
+
+def _given(kind: Any) -> Any:
+    """Type of a value that is there, where a field may also be None."""
+    kinds = [one for one in get_args(kind) if one is not NoneType]
+    return kinds[0] if len(kinds) == 1 and NoneType in get_args(kind) else kind
 
 
 def _vector(
