@@ -31,7 +31,10 @@ def test_what_is_in_a_table_can_be_imported_from_the_top(part, name):
         ("softbody_core", "softbody_core/__init__.pyi"),
     ):
         exported = __import__(package, fromlist=["__all__"]).__all__
-        assert kind in exported, f"{kind} is in a table and not in __all__ of {file}: add it there"
+        assert kind in exported, (
+            f"{kind} is in a table and not exported by {file}: import it there, and add it to its "
+            "__all__"
+        )
     assert getattr(softbody_core, kind) is TABLES[part][name]
 
 
