@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from copy import copy
 
@@ -18,6 +19,10 @@ from softbody_core.observation import Observation
 from softbody_core.rigid import RigidBody
 from softbody_core.state import Inputs, State
 from softbody_core.weights import Control, Weights
+
+_MOST_ITERATIONS = 100
+_BALANCED = 1e-12
+"""Pressure that is left, over the pressure that drives, at which a flow is found."""
 
 
 class SoftBodyModel:
@@ -206,6 +211,17 @@ class SoftBodyModel:
     def differential_resistance(self, flow: float) -> float:
         """d(RQ)/dQ at a flow Q, m³/s, Pa·s/m³."""
         return sum((w * r.law.differential_resistance_at(flow) for w, r in self.resistances), 0.0)
+
+    def driven_flow(self, pressure: float, drag: float = 0.0) -> float:
+        """Flow Q, m³/s, that a pressure drives where something resists: (R(Q) + drag) Q = p."""
+        guess = math.copysign(self.mesh.volume, pressure)  # in a second; any of that sign would do
+        flow = pressure / (self.resistance(guess) + drag)
+        for _ in range(_MOST_ITERATIONS):  # Newton's method; R rises with |Q|, or is constant
+            missing = pressure - (self.resistance(flow) + drag) * flow
+            if not abs(missing) > _BALANCED * abs(pressure):
+                break
+            flow += missing / (self.differential_resistance(flow) + drag)
+        return flow
 
 
 def _held(mesh: SurfaceMesh, constraints: Sequence[Constraint]) -> Booleans:

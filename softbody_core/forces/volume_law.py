@@ -134,8 +134,14 @@ class ResistanceLaw(Law):
         """Return R, at least 0, Pa·s/m³, at a flow into the body, m³/s."""
 
     def differential_resistance_at(self, flow: float) -> float:
-        """d(RQ)/dQ, Pa·s/m³; by default R, which is right where R is a constant."""
+        """d(RQ)/dQ, at least R, Pa·s/m³; to be overridden where R is no constant."""
         return self.resistance_at(flow)
+
+    @property
+    def follows_flow(self) -> bool:
+        """Whether R depends on the flow."""
+        kind = type(self)
+        return kind.differential_resistance_at is not ResistanceLaw.differential_resistance_at
 
     def bind(self, mesh: SurfaceMesh, masses: Floats) -> BoundResistance:
         """Put the resistance on one surface."""

@@ -25,8 +25,6 @@ _EXACT = 1e-12
 """Relative accuracy of a volume at equilibrium."""
 _MOST_SUBSTEPS = 500
 """A volume whose rate asks for more reaches its equilibrium within the step."""
-_MOST_ITERATIONS = 100
-"""Of Newton's method, for the flow through a resistance that depends on it."""
 _NUDGE = 1e-4
 """Relative change of the volume that shows the rate of its flow."""
 _LOOK_AHEAD = 0.05
@@ -143,23 +141,13 @@ class _SlowVolume:
         drive, drag = self._drive_and_drag(volume)
         if self.model.resistance(math.copysign(volume, drive)) + drag <= 0:
             return 0.0, -math.inf
-        flow = self._driven(drive, drag, volume)
+        flow = self.model.driven_flow(drive, drag)
         resistance = self.model.differential_resistance(flow) + drag
         ahead, _ = self._drive_and_drag(volume * (1 + _NUDGE))
         return flow, (ahead - drive) / (volume * _NUDGE * resistance)
 
     def _flow(self, volume: float) -> float:
-        return self._driven(*self._drive_and_drag(volume), volume)
-
-    def _driven(self, drive: float, drag: float, volume: float) -> float:
-        """Flow Q with (R(Q) + drag) Q = drive, m³/s, by Newton's method; R rises with |Q|."""
-        flow = drive / (self.model.resistance(math.copysign(volume, drive)) + drag)
-        for _ in range(_MOST_ITERATIONS):
-            missing = drive - (self.model.resistance(flow) + drag) * flow
-            if not abs(missing) > _EXACT * abs(drive):
-                break
-            flow += missing / (self.model.differential_resistance(flow) + drag)
-        return flow
+        return self.model.driven_flow(*self._drive_and_drag(volume))
 
     def _drive_and_drag(self, volume: float) -> tuple[float, float]:
         """Pressure that is left when the recoil is balanced, Pa, and the drag, Pa·s/m³."""

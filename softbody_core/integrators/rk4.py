@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
+import numpy as np
+
 from softbody_core.configuration import Configuration
 from softbody_core.ground.arrays import Floats
 from softbody_core.integrators.explicit import ExplicitIntegrator, ExplicitStepper, Moment
@@ -16,6 +18,10 @@ from softbody_core.state import Inputs, State
 
 STABLE_RADIUS = 2.6
 """The stability region holds the left half of a disc of this radius (its edge is at 2.615)."""
+
+
+_OVERSHOOT = 2.0
+"""Flow, over the one at which resistance balances the forces, that inertia may lead to."""
 
 
 @dataclass(frozen=True)
@@ -36,11 +42,23 @@ class RK4(ExplicitIntegrator):
 class _RK4(ExplicitStepper):
     def _limit(self, configuration: Configuration, velocities: Floats, inputs: Inputs) -> float:
         stiffness, damping = self._model.rates(configuration, velocities, inputs)
-        for weight, law in self._model.resistances:
-            damping += weight * law.rates(configuration, velocities, inputs).damping
+        if self._model.resistances:
+            damping += self._resistance_rate(configuration, velocities, inputs)
         # The eigenvalues −c/2 ± √(c²/4 − ω²) have modulus ω, or no more than c where overdamped.
         largest = max(math.sqrt(stiffness), damping)
         return math.inf if largest == 0 else STABLE_RADIUS / largest
+
+    def _resistance_rate(
+        self, configuration: Configuration, velocities: Floats, inputs: Inputs
+    ) -> float:
+        """Bound of d(RQ)/dQ A·M⁻¹A, 1/s, at the flow and at the one that the forces drive."""
+        model, gradient = self._model, configuration.volume_gradient
+        mobility = float(np.vdot(gradient, gradient / model.masses))
+        flows = [float(np.vdot(gradient, velocities))]
+        if any(bound.law.follows_flow for _, bound in model.resistances):
+            drive = float(np.vdot(gradient, self._acceleration(configuration, velocities, inputs)))
+            flows.append(_OVERSHOOT * model.driven_flow(drive / mobility))
+        return max(model.differential_resistance(flow) * mobility for flow in flows)
 
     def _march(self, state: State, inputs: Inputs, h: float) -> Iterator[Moment]:
         x, v = state.positions, state.velocities
