@@ -19,20 +19,20 @@ from softbody_core import (
     Membrane,
     SoftBodyModel,
     SurfaceMesh,
-    ball,
+    fibonacci_sphere,
     icosphere,
 )
 from softbody_core.configuration import Configuration
-from softbody_core.forces import Force
-from softbody_core.integrators.equilibrium import Shapes
-from softbody_core.integrators.integrator import Work
+from softbody_core.forces import Law
+from softbody_core.integrators import Counters
+from softbody_core.integrators.equilibrium_solver import EquilibriumSolver
 
 VOLUME = 2.5e-3
 SPRINGS = MassSpring(375.0)
 MEMBRANE = Membrane(2 / np.sqrt(3) * SPRINGS.stiffness, poisson_ratio=1 / 3)
 STRETCHES = (1.1, 1.2, 1.3)
 POINTS = (162, 642, 2562)
-STATIONS = 8
+POINTS_ON_THE_WAY = 8
 
 
 def main() -> None:
@@ -45,7 +45,7 @@ def main() -> None:
         name, radius = type(law).__name__, float(np.cbrt(3 * VOLUME / (4 * np.pi)))
         closed = [exact(s, radius) for s in STRETCHES]
         rows.append([name, "closed form", "", *(f"{pressure:.1f} Pa" for pressure in closed)])
-        for kind, make in (("icosphere", _icosphere), ("Fibonacci", ball)):
+        for kind, make in (("icosphere", _icosphere), ("Fibonacci", fibonacci_sphere)):
             for n in POINTS:
                 mesh = make(n).scaled_to_volume(VOLUME)
                 found = [pressure(law, mesh, s) for s in STRETCHES]
@@ -83,14 +83,15 @@ def of_membrane(stretch: float, radius: float) -> float:
     return modulus / radius * (stretch - 1 / stretch)
 
 
-def pressure(law: Force, mesh: SurfaceMesh, stretch: float) -> float:
+def pressure(law: Law, mesh: SurfaceMesh, stretch: float) -> float:
     """Pressure that holds a surface at s³ times its volume, Pa."""
     model = SoftBodyModel(mesh, 1.0, [law])
-    shapes = Shapes(model, 3 * np.log(stretch) / STATIONS, 1e-10, 300, Work())
-    station = shapes.rest()
-    for _ in range(STATIONS):
-        station = shapes.next(station, 1)
-    return station.balance.recoil
+    spacing = 3 * np.log(stretch) / POINTS_ON_THE_WAY
+    solver = EquilibriumSolver(model, spacing, 1e-10, 300, Counters())
+    point = solver.rest()
+    for _ in range(POINTS_ON_THE_WAY):
+        point = solver.next(point, 1)
+    return point.balance.recoil
 
 
 def _icosphere(points: int) -> SurfaceMesh:

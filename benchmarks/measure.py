@@ -12,7 +12,7 @@ from functools import cache
 from time import process_time
 from typing import NamedTuple
 
-from softbody_core import SurfaceMesh, ball
+from softbody_core import SurfaceMesh, fibonacci_sphere
 
 ROUNDS = 7
 
@@ -52,7 +52,7 @@ def seconds(function: Callable[[], object], number: int = 1) -> float:
 @cache
 def calibrating_ball() -> SurfaceMesh:
     """Ball of 1,986 points with a radius of 84 mm: both lungs as one sphere."""
-    return ball(1986, 0.084)
+    return fibonacci_sphere(1986, 0.084)
 
 
 def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

@@ -54,15 +54,15 @@ class Ours:
         self._body = SoftBody(SoftBodyModel(calibrating_ball(), MASS, laws), scheme)
 
     def kick(self) -> None:
-        saved = self._body.save()
+        saved = self._body.get_state()
         moving = State(0.0, saved.state.positions, np.ascontiguousarray(kick().T))
-        self._body.restore(replace(saved, state=moving))
+        self._body.set_state(replace(saved, state=moving))
 
     def advance(self, span: float, pressure: float) -> float:
         started = process_time()
         seen = self._body.step(span, delta_p=pressure)
         self.seconds += process_time() - started
-        self.steps = self._body.work.steps
+        self.steps = self._body.counters.steps
         return seen.volume
 
 

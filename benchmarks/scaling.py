@@ -24,9 +24,9 @@ from softbody_core import (
     SurfaceMesh,
     SurfaceSPH,
     SymplecticEuler,
-    ball,
+    fibonacci_sphere,
 )
-from softbody_core.forces import Force
+from softbody_core.forces import Law
 from softbody_core.integrators.symplectic_euler import _SymplecticEuler
 from softbody_core.state import Inputs, State
 
@@ -46,7 +46,7 @@ def main() -> None:
         smallest = 0.0
         for points in SIZES:
             started = process_time()
-            march = _march(ball(points, 0.084), laws)
+            march = _march(fibonacci_sphere(points, 0.084), laws)
             next(march)
             set_up = process_time() - started
             step = cost(lambda march=march: next(march), number=max(1, 400_000 // points))
@@ -74,20 +74,20 @@ def main() -> None:
     print("B/point: peak bytes a point of set-up; held: between steps; step: peak of a step")
 
 
-def _march(mesh: SurfaceMesh, laws: Sequence[Force]):
+def _march(mesh: SurfaceMesh, laws: Sequence[Law]):
     """Endless steps of a body that is pressed on but hardly moves."""
     model = SoftBodyModel(mesh, 1.0, laws)
     stepper = _SymplecticEuler(SymplecticEuler(), model)
     return stepper._march(State.at_rest(mesh), Inputs(delta_p=100.0, n=1000.0), 1e-6)
 
 
-def _memory(points: int, laws: Sequence[Force]) -> tuple[int, int, int]:
+def _memory(points: int, laws: Sequence[Law]) -> tuple[int, int, int]:
     """Bytes: peak of the set-up, held between steps, peak of a step."""
     gc.collect()
     tracemalloc.start()
     try:
         before, _ = tracemalloc.get_traced_memory()
-        march = _march(ball(points, 0.084), laws)
+        march = _march(fibonacci_sphere(points, 0.084), laws)
         next(march)
         held, peak = tracemalloc.get_traced_memory()
         tracemalloc.reset_peak()

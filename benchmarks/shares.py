@@ -34,12 +34,11 @@ from softbody_core import (
     SymplecticEuler,
 )
 from softbody_core.configuration import Configuration
-from softbody_core.forces.airway_resistance import BoundResistance
 from softbody_core.forces.gravity import _BoundGravity
-from softbody_core.forces.internal_pressure import BoundPressure
 from softbody_core.forces.mass_spring import _BoundMassSpring
 from softbody_core.forces.pair_geometry import PairGeometry
 from softbody_core.forces.surface_sph import _BoundSPH
+from softbody_core.forces.volume_law import BoundPressure, BoundResistance
 from softbody_core.integrators import symplectic_euler
 from softbody_core.integrators.anderson import Anderson
 from softbody_core.integrators.constant_operator import ConstantOperator
@@ -75,7 +74,7 @@ FORCES = {
 }
 COUPLED = {
     (SoftBody, "step"): "rest of the integrator",
-    (SoftBody, "_look_at"): "looking at the body",
+    (SoftBody, "observe"): "looking at the body",
     (QuasiNewton, "solve"): "residuals",
     (QuasiNewton, "linearize"): "linearization",
     (Linearization, "solve"): "linear solves",

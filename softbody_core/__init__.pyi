@@ -6,7 +6,7 @@ from .constraints import (
     Constraint,
     PinnedPoints,
     PinnedTop,
-    Restraint,
+    Projection,
     VolumeCap,
     WeightCourse,
     WeightRatio,
@@ -32,31 +32,38 @@ from .forces import (
 )
 from .ground.errors import ParameterError, SimulationError
 from .integrators import (
+    BDF2,
     INTEGRATORS,
     RK4,
     SDIRK2,
+    BackwardEuler,
+    Counters,
+    QuasiStatic,
     SymplecticEuler,
     VelocityVerlet,
-    Work,
 )
 from .mesh import SurfaceMesh
 from .model import SoftBodyModel
 from .observation import Observation
+from .older_names import Restraint, Work, ball
 from .rigid import RigidBody
-from .shapes import ball, icosphere, revolved, wine_glass
+from .shapes import fibonacci_sphere, icosphere, revolved, wine_glass
 from .state import Inputs, RigidState, State
 from .weights import Weights
 
 __all__ = [
+    "BDF2",
     "CONSTRAINTS",
     "FORCES",
     "INTEGRATORS",
     "RK4",
     "SDIRK2",
     "AirwayResistance",
+    "BackwardEuler",
     "Bending",
     "Constraint",
     "Contact",
+    "Counters",
     "CrowdedError",
     "DivergenceError",
     "Gravity",
@@ -69,6 +76,8 @@ __all__ = [
     "ParameterError",
     "PinnedPoints",
     "PinnedTop",
+    "Projection",
+    "QuasiStatic",
     "Restraint",
     "RigidBody",
     "RigidState",
@@ -90,6 +99,7 @@ __all__ = [
     "Weights",
     "Work",
     "ball",
+    "fibonacci_sphere",
     "icosphere",
     "revolved",
     "wine_glass",

@@ -37,9 +37,9 @@ class Configuration:
 
         A body in motion then allocates nothing: large new arrays cost more than what fills them.
         """
-        kept = self.mesh, self._arrays
+        mesh, arrays = self.mesh, self._arrays
         vars(self).clear()
-        self.mesh, self._arrays = kept
+        self.mesh, self._arrays = mesh, arrays
         self.positions = positions
 
     def _array(self, name: str, *shape: int) -> Floats:
@@ -116,9 +116,9 @@ class Configuration:
 
 
 def take(values: Floats, indices: Integers, out: Floats) -> None:
-    """Write the chosen columns of a (3, n) array into `out`, shape (3, k)."""
-    for row, chosen in zip(values, out, strict=True):
-        row.take(indices, out=chosen, mode="clip")  # the other modes make a copy first
+    """Write some columns of a (3, n) array into `out`, shape (3, k)."""
+    for row, taken in zip(values, out, strict=True):
+        row.take(indices, out=taken, mode="clip")  # the other modes make a copy first
 
 
 def scatter(operator: sp.csr_array, values: Floats) -> Floats:

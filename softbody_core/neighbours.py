@@ -44,7 +44,7 @@ class NeighbourList:
     def __init__(self, radius: float) -> None:
         self._radius = radius
         self._reach = (1 + SKIN) * radius
-        self._found: tuple[_Reference, Pairs] | None = None
+        self._list: tuple[_Reference, Pairs] | None = None
         self._allowed = MOST_PAIRS
 
     def pairs(self, positions: Floats) -> Pairs:
@@ -62,14 +62,14 @@ class NeighbourList:
         CrowdedError
             If there are so many that the surface must have fallen in on itself.
         """
-        if self._found is None:
-            found = self._search(positions)
-            usual = max(len(found.first), positions.shape[1])
+        if self._list is None:
+            pairs = self._search(positions)
+            usual = max(len(pairs.first), positions.shape[1])
             self._allowed = min(MOST_PAIRS, MOST_CROWDED * usual)
-            self._found = _Reference(positions), found
-        elif not self._holds(self._found[0], positions):
-            self._found = _Reference(positions), self._search(positions)
-        return self._found[1]
+            self._list = _Reference(positions), pairs
+        elif not self._holds(self._list[0], positions):
+            self._list = _Reference(positions), self._search(positions)
+        return self._list[1]
 
     def _holds(self, reference: _Reference, positions: Floats) -> bool:
         """Whether no two points that were out of reach can be within the radius now."""
@@ -87,8 +87,8 @@ class NeighbourList:
             count = (int(tree.count_neighbors(tree, self._reach)) - n) // 2
             if count > self._allowed:
                 raise CrowdedError(count, n, self._radius)
-        found = tree.query_pairs(self._reach, output_type="ndarray").astype(np.int64)
-        first, second = np.divmod(np.sort(found[:, 0] * n + found[:, 1]), n)
+        pairs = tree.query_pairs(self._reach, output_type="ndarray").astype(np.int64)
+        first, second = np.divmod(np.sort(pairs[:, 0] * n + pairs[:, 1]), n)
         return Pairs(first, second)
 
 

@@ -32,7 +32,7 @@ class Observation:
         `pressure` less R_aw · flow, Pa: what the tissue balances.
     clearance : float
         No point is nearer than this to an obstacle, m; positive as long as no point has ever passed
-        a wall. Infinite in a scene without obstacles.
+        one. Infinite in a scene without obstacles.
     obstacles : tuple of RigidState
         The rigid bodies of the scene.
     """

@@ -36,7 +36,7 @@ def icosphere(subdivisions: int, radius: float = 1.0) -> SurfaceMesh:
     return SurfaceMesh.from_arrays(radius * sphere.vertices, sphere.faces)
 
 
-def ball(n_points: int, radius: float = 1.0) -> SurfaceMesh:
+def fibonacci_sphere(n_points: int, radius: float = 1.0) -> SurfaceMesh:
     """Fibonacci points on a sphere, joined by their convex hull.
 
     Any number of points can be had, at the price of an uneven net: springs on it yield about a
@@ -102,16 +102,16 @@ def revolved(profile: Sequence[tuple[float, float]], segments: int) -> SurfaceMe
     ]
     bottom, top = [[0.0, 0.0, height[0]]], [[0.0, 0.0, height[-1]]]
     points = np.concatenate([bottom, *rings, top])
-    here = np.arange(segments)
-    along = np.roll(here, -1)
-    triangles = [np.stack([np.zeros_like(here), 1 + along, 1 + here], axis=1)]
+    around = np.arange(segments)
+    along = np.roll(around, -1)
+    triangles = [np.stack([np.zeros_like(around), 1 + along, 1 + around], axis=1)]
     for ring in range(len(rings) - 1):
         a, b = 1 + ring * segments, 1 + (ring + 1) * segments
-        triangles.append(np.stack([a + here, a + along, b + along], axis=1))
-        triangles.append(np.stack([a + here, b + along, b + here], axis=1))
+        triangles.append(np.stack([a + around, a + along, b + along], axis=1))
+        triangles.append(np.stack([a + around, b + along, b + around], axis=1))
     last = 1 + (len(rings) - 1) * segments
-    tip = np.full_like(here, len(points) - 1)
-    triangles.append(np.stack([last + here, last + along, tip], axis=1))
+    tip = np.full_like(around, len(points) - 1)
+    triangles.append(np.stack([last + around, last + along, tip], axis=1))
     return SurfaceMesh.from_arrays(points, np.concatenate(triangles))
 
 

@@ -9,6 +9,8 @@ import numpy as np
 from softbody_core.configuration import Configuration
 from softbody_core.errors import DivergenceError
 from softbody_core.forces import Rates
+from softbody_core.ground.errors import ParameterError
+from softbody_core.model import SoftBodyModel
 from softbody_core.state import State
 
 LARGEST_VOLUME_RATIO = 1000.0
@@ -34,6 +36,31 @@ def largest_stable_step(rates: Rates) -> float:
         return math.inf
     # The positive root, written so that nothing cancels when either term is small.
     return 4 / (damping + math.sqrt(damping**2 + 4 * stiffness))
+
+
+def check_state(state: State, model: SoftBodyModel) -> None:
+    """Refuse a state that is not one of a model's body.
+
+    Raises
+    ------
+    ParameterError
+        If there are not as many points or obstacles.
+    DivergenceError
+        If a number is not finite, or the volume not one of a body.
+    """
+    expected = model.mesh.n_points
+    for name, values in (("positions", state.positions), ("velocities", state.velocities)):
+        if values.shape != (3, expected):
+            raise ParameterError(
+                f"state.{name} have shape {values.shape}; expected (3, {expected})"
+            )
+    if len(state.obstacles) != len(model.obstacles):
+        raise ParameterError(
+            f"the state has {len(state.obstacles)} obstacles, the body {len(model.obstacles)}; "
+            "change the body's own state, as with dataclasses.replace(body.state, positions=…)"
+        )
+    check_finite(state)
+    check_volume(state.time, Configuration(model.mesh, state.positions))
 
 
 def check_finite(state: State) -> None:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from softbody_core import SurfaceMesh, ball
+from softbody_core import SurfaceMesh, fibonacci_sphere
 
 
 @pytest.fixture(scope="session")
@@ -23,7 +23,7 @@ def tetrahedron() -> SurfaceMesh:
 @pytest.fixture(scope="session")
 def potato() -> SurfaceMesh:
     """Irregular on purpose: no symmetry that could hide a mistake. About 0.1 m."""
-    sphere = ball(42)
+    sphere = fibonacci_sphere(42)
     generator = np.random.default_rng(20111211)
     stretched = sphere.points * [0.10, 0.07, 0.13] + 0.005 * generator.normal(size=(42, 3))
     return SurfaceMesh.from_arrays(stretched + np.array([0.3, -0.2, 0.1]), sphere.triangles)

@@ -32,7 +32,7 @@ from softbody_core import (
     SoftBody,
     SoftBodyModel,
     SurfaceMesh,
-    ball,
+    fibonacci_sphere,
     icosphere,
     wine_glass,
 )
@@ -105,7 +105,7 @@ def _surface(mesh: Mesh, folder: Path) -> SurfaceMesh:
     if mesh.icosphere is not None:
         return icosphere(mesh.icosphere)
     if mesh.ball is not None:
-        return ball(mesh.ball)
+        return fibonacci_sphere(mesh.ball)
     if mesh.glass is not None:
         return wine_glass(mesh.glass)
     if mesh.file is not None:

@@ -21,7 +21,7 @@ from softbody_core import (
     Weights,
 )
 from softbody_core.constraints import Constraint
-from softbody_core.forces import Force
+from softbody_core.forces import Law
 from softbody_core.forces.gravity import STANDARD_GRAVITY
 from softbody_core.ground.parameters import Parameters, Quantity
 from softbody_core.integrators import Integrator
@@ -142,7 +142,7 @@ class Scene:
     mesh: Mesh
     body: Body
     weights: Annotated[Weights, In("forces")]
-    forces: Annotated[tuple[Force, ...], EachOf(FORCES), In("forces")]
+    forces: Annotated[tuple[Law, ...], EachOf(FORCES), In("forces")]
     coupling: Coupling
     run: Run
     constraints: Annotated[tuple[Constraint, ...], EachOf(CONSTRAINTS, lists=True)] = ()

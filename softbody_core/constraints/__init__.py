@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from softbody_core.constraints.constraint import Constraint, Restraint
+from softbody_core.constraints.constraint import Constraint, Projection
 from softbody_core.constraints.pinned import PinnedPoints, PinnedTop
 from softbody_core.constraints.volume_cap import VolumeCap
 from softbody_core.constraints.weight_relations import WeightCourse, WeightRatio
@@ -25,7 +25,7 @@ __all__ = [
     "Constraint",
     "PinnedPoints",
     "PinnedTop",
-    "Restraint",
+    "Projection",
     "VolumeCap",
     "WeightCourse",
     "WeightRatio",

@@ -1,4 +1,4 @@
-"""What a constraint of C is: points held, weights related, or motion restrained."""
+"""What a constraint of C is: points held, weights related, or motion corrected."""
 
 from __future__ import annotations
 
@@ -31,19 +31,19 @@ class Constraint:
         """Return True for each point that stays where it rests, shape (n,)."""
         return np.zeros(mesh.n_points, dtype=np.bool_)
 
-    def related(self, weights: Weights, seen: Observation) -> Weights:
+    def related(self, weights: Weights, observation: Observation) -> Weights:
         """Return the weights that hold over the next communication step.
 
         Parameters
         ----------
         weights : Weights
             Those of the scene, as changed by the constraints before this one.
-        seen : Observation
+        observation : Observation
             The body at the start of that step.
         """
         return weights
 
-    def bind(self, mesh: SurfaceMesh, masses: Floats, inverse_masses: Floats) -> Restraint | None:
+    def bind(self, mesh: SurfaceMesh, masses: Floats, inverse_masses: Floats) -> Projection | None:
         """Return what corrects the motion after each inner step; None if nothing does.
 
         Parameters
@@ -58,31 +58,39 @@ class Constraint:
         return None
 
 
-class Restraint(ABC):
-    """Corrects the motion of one body. Caches aside, what it remembers counts as state."""
+class Projection(ABC):
+    """Puts the state of one body back onto a constraint, after forces alone have moved it."""
 
     last: ClassVar[bool] = False
     """Whether it comes after all others, because what they do must not undo it."""
 
     def start(self, state: State) -> State:
-        """Return the state at time 0, with what the restraint adds to it."""
+        """Return the state at time 0, with what the constraint adds to it."""
         return state
 
     @abstractmethod
     def longest_step(self, state: State, dt: float) -> float:
-        """Time after which to correct again, s, when dt lie ahead."""
+        """Time after which to project again, s, when dt lie ahead."""
 
     @abstractmethod
-    def enforce(self, before: State, after: State) -> State:
-        """Return `after`, which forces alone led to from `before`, with the restraint in force."""
+    def project(self, before: State, after: State) -> State:
+        """Return what `after` becomes when it has to obey the constraint.
+
+        Parameters
+        ----------
+        before : State
+            At the start of the inner step; it obeys the constraint.
+        after : State
+            At its end, as if the constraint were not there.
+        """
 
     def clearance(self, state: State) -> float:
         """Lower bound of the distance from what may not be passed, m."""
         return np.inf
 
-    def memory(self) -> object:
-        """What is remembered from one step to the next; None if nothing."""
+    def get_state(self) -> object:
+        """What is remembered from one step to the next, caches aside; None if nothing."""
         return None
 
-    def recall(self, memory: object) -> None:  # noqa: B027 - nothing to recall by default
-        """Set back to what `memory` returned."""
+    def set_state(self, state: object) -> None:  # noqa: B027 - nothing to set by default
+        """Go back to what `get_state` returned."""

@@ -8,7 +8,7 @@ from typing import Annotated, Final
 import numpy as np
 
 from softbody_core.configuration import Configuration
-from softbody_core.constraints.constraint import Constraint, Restraint
+from softbody_core.constraints.constraint import Constraint, Projection
 from softbody_core.errors import DivergenceError
 from softbody_core.ground.arrays import Floats
 from softbody_core.ground.errors import ParameterError
@@ -42,7 +42,7 @@ class VolumeCap(Parameters, Constraint):
     volume: Annotated[float, Quantity("m^3", above=0)]
     max_step: Annotated[float, Quantity("s", above=0)] = 5e-3
 
-    def bind(self, mesh: SurfaceMesh, masses: Floats, inverse_masses: Floats) -> Restraint:
+    def bind(self, mesh: SurfaceMesh, masses: Floats, inverse_masses: Floats) -> Projection:
         """Put the bound on one body.
 
         Raises
@@ -55,41 +55,41 @@ class VolumeCap(Parameters, Constraint):
                 f"VolumeCap.volume = {self.volume:.6g} m^3: the body at rest already encloses "
                 f"{mesh.volume:.6g} m^3; expected at least that"
             )
-        return _BoundCap(self, mesh, inverse_masses)
+        return _CapProjection(self, mesh, inverse_masses)
 
 
-class _BoundCap(Restraint):
-    def __init__(self, law: VolumeCap, mesh: SurfaceMesh, inverse_masses: Floats) -> None:
-        self._law = law
+class _CapProjection(Projection):
+    def __init__(self, cap: VolumeCap, mesh: SurfaceMesh, inverse_masses: Floats) -> None:
+        self._cap = cap
         self._mesh = mesh
         self._inverse_masses = inverse_masses
 
     def longest_step(self, state: State, dt: float) -> float:
-        here = Configuration(self._mesh, state.positions)
-        flow = float(np.vdot(here.volume_gradient, state.velocities))
-        near = here.volume + 2 * abs(flow) * dt > _NEAR * self._law.volume
-        return min(dt, self._law.max_step) if near else dt
+        configuration = Configuration(self._mesh, state.positions)
+        flow = float(np.vdot(configuration.volume_gradient, state.velocities))
+        near = configuration.volume + 2 * abs(flow) * dt > _NEAR * self._cap.volume
+        return min(dt, self._cap.max_step) if near else dt
 
-    def enforce(self, before: State, after: State) -> State:
-        here = Configuration(self._mesh, after.positions)
-        if here.volume <= self._law.volume:
+    def project(self, before: State, after: State) -> State:
+        configuration = Configuration(self._mesh, after.positions)
+        if configuration.volume <= self._cap.volume:
             return after
         positions = after.positions
         for _ in range(_MOST_ITERATIONS):  # Newton's method; V is a cubic of the positions
-            excess = here.volume - self._law.volume
-            if excess <= 1e-14 * self._law.volume:
+            excess = configuration.volume - self._cap.volume
+            if excess <= 1e-14 * self._cap.volume:
                 break
-            positions = positions - self._growth(here, excess)
-            here = Configuration(self._mesh, positions)
+            positions = positions - self._growth(configuration, excess)
+            configuration = Configuration(self._mesh, positions)
         else:
-            ratio = here.volume / self._mesh.volume
+            ratio = configuration.volume / self._mesh.volume
             raise DivergenceError(after.time, "volume over rest volume", ratio, _CALMER)
-        flow = max(0.0, float(np.vdot(here.volume_gradient, after.velocities)))
-        velocities = after.velocities - self._growth(here, flow)
+        flow = max(0.0, float(np.vdot(configuration.volume_gradient, after.velocities)))
+        velocities = after.velocities - self._growth(configuration, flow)
         return replace(after, positions=positions, velocities=velocities)
 
-    def _growth(self, here: Configuration, amount: float) -> Floats:
+    def _growth(self, configuration: Configuration, amount: float) -> Floats:
         """Move along M⁻¹ ∂V/∂x that adds an amount to V, m³, or velocities that add to dV/dt."""
-        direction = self._inverse_masses * here.volume_gradient
-        mobility = float(np.vdot(here.volume_gradient, direction))
+        direction = self._inverse_masses * configuration.volume_gradient
+        mobility = float(np.vdot(configuration.volume_gradient, direction))
         return (amount / mobility) * direction

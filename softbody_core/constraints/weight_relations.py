@@ -53,7 +53,7 @@ class WeightRatio(Parameters, Constraint):
         if self.weight == self.to:
             raise ParameterError(f"WeightRatio: {self.weight} cannot follow itself")
 
-    def related(self, weights: Weights, seen: Observation) -> Weights:
+    def related(self, weights: Weights, observation: Observation) -> Weights:
         """Set the weight to the ratio times the other."""
         return replace(weights, **{self.weight: self.ratio * getattr(weights, self.to)})
 
@@ -95,7 +95,7 @@ class WeightCourse(Parameters, Constraint):
         for value in self.values:
             Weights(**{self.weight: value})  # which says what is wrong with it
 
-    def related(self, weights: Weights, seen: Observation) -> Weights:
+    def related(self, weights: Weights, observation: Observation) -> Weights:
         """Set the weight to its value at the time of the body."""
-        value = float(np.interp(seen.time, self.times, self.values))
+        value = float(np.interp(observation.time, self.times, self.values))
         return replace(weights, **{self.weight: value})

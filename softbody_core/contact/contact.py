@@ -8,10 +8,10 @@ from typing import Annotated, Final, cast
 import numpy as np
 
 from softbody_core.configuration import norms
-from softbody_core.constraints.constraint import Constraint, Restraint
+from softbody_core.constraints.constraint import Constraint, Projection
 from softbody_core.contact.closest_point import ClosestPoint
 from softbody_core.contact.impulses import Touching, strike_fixed, strike_free
-from softbody_core.contact.sweep import Look, Reached, Sweep
+from softbody_core.contact.sweep import Arrival, Surroundings, Sweep
 from softbody_core.errors import SqueezedError
 from softbody_core.ground.arrays import Booleans, Floats
 from softbody_core.ground.errors import ParameterError
@@ -26,10 +26,10 @@ _MOST_ROUNDS: Final = 8
 
 @dataclass(frozen=True)
 class Contact(Parameters, Constraint):
-    """Points do not enter rigid bodies; friction slows them along the walls.
+    """Points do not enter rigid bodies; friction slows them along the surfaces.
 
-    After each inner step, ways that end in a wall, or beyond it, are cut short there, and the
-    velocities of points that touch are corrected by impulses. The walls act on points, not on the
+    After each inner step, ways that end in an obstacle, or beyond it, are cut short there, and the
+    velocities of points that touch are corrected by impulses. Obstacles act on points, not on the
     triangles between them: an edge of a body that is finer than the soft mesh can pass between its
     points. Rigid bodies do not touch each other, and held points touch nothing.
 
@@ -55,25 +55,26 @@ class Contact(Parameters, Constraint):
         """The rigid bodies."""
         return self.bodies
 
-    def bind(self, mesh: SurfaceMesh, masses: Floats, inverse_masses: Floats) -> Restraint | None:
+    def bind(self, mesh: SurfaceMesh, masses: Floats, inverse_masses: Floats) -> Projection | None:
         """Put the obstacles around one body."""
-        return BoundContact(self, mesh, masses, inverse_masses > 0) if self.bodies else None
+        return ContactProjection(self, mesh, masses, inverse_masses > 0) if self.bodies else None
 
 
-class BoundContact(Restraint):
+class ContactProjection(Projection):
     """The obstacles around one body."""
 
     last = True
 
-    def __init__(self, law: Contact, mesh: SurfaceMesh, masses: Floats, free: Booleans) -> None:
-        self._law = law
+    def __init__(self, contact: Contact, mesh: SurfaceMesh, masses: Floats, free: Booleans) -> None:
+        self._contact = contact
+        self._bodies = contact.bodies
         self._points = np.flatnonzero(free)
         self._all_free = bool(free.all())
         self._masses = masses[self._points]
-        thickness = law.thickness
+        thickness = contact.thickness
         self._thickness = 0.1 * float(mesh.edge_lengths.mean()) if thickness is None else thickness
-        self._walls = [ClosestPoint(_shape(body), body.mesh.triangles) for body in law.bodies]
-        self._sweeps = [Sweep(wall, self._thickness) for wall in self._walls]
+        self._surfaces = [ClosestPoint(_shape(b), b.mesh.triangles) for b in self._bodies]
+        self._sweeps = [Sweep(surface, self._thickness) for surface in self._surfaces]
 
     def start(self, state: State) -> State:
         """Put the obstacles where they stand at time 0.
@@ -83,19 +84,21 @@ class BoundContact(Restraint):
         ParameterError
             If a point of the body is inside an obstacle, or touches it.
         """
-        started = replace(state, obstacles=tuple(body.start() for body in self._law.bodies))
-        self._refuse(started, self._thickness)
+        started = replace(state, obstacles=tuple(body.start() for body in self._bodies))
+        self._refuse_inside(started, self._thickness)
         return started
 
-    def _refuse(self, state: State, least: float) -> None:
+    def _refuse_inside(self, state: State, least: float) -> None:
         """Raise for points inside an obstacle, or nearer than `least` to it, m."""
-        for body, there, wall in zip(self._law.bodies, state.obstacles, self._walls, strict=True):
-            seen = _from(body, there, self._touchable(state))
-            near = wall.distance_to_box(seen) <= least
+        for body, obstacle, surface in zip(
+            self._bodies, state.obstacles, self._surfaces, strict=True
+        ):
+            places = _into_frame(body, obstacle, self._touchable(state))
+            near = surface.distance_to_box(places) <= least
             if not near.any():
                 continue
-            _, distance = wall(seen[:, near])
-            bad = wall.inside(seen[:, near]) | (distance < least)
+            _, distance = surface(places[:, near])
+            bad = surface.inside(places[:, near]) | (distance < least)
             if bad.any():
                 point = self._points[near][bad][0]
                 where = ", ".join(f"{x:.4g}" for x in state.positions[:, point])
@@ -106,81 +109,79 @@ class BoundContact(Restraint):
                 )
 
     def longest_step(self, state: State, dt: float) -> float:
-        if any(sweep.look is None for sweep in self._sweeps):
-            self._refuse(state, 0.0)
-        longest = self._law.max_step
+        if any(sweep.surroundings is None for sweep in self._sweeps):
+            self._refuse_inside(state, 0.0)
+        longest = self._contact.max_step
         if dt <= longest:
             return dt
-        for body, sweep, there in zip(self._law.bodies, self._sweeps, state.obstacles, strict=True):
-            places = self._touchable(state)
-            arms = places - there.position[:, None]
-            wall = there.velocity[:, None] + np.cross(there.angular_velocity, arms, axisb=0).T
-            way = dt * float(norms(state.velocities[:, self._points] - wall).max(initial=0.0))
-            if sweep.clearance(_from(body, there, places)) <= 2 * way + self._thickness:
+        places = self._touchable(state)
+        for body, sweep, obstacle in zip(self._bodies, self._sweeps, state.obstacles, strict=True):
+            arms = places - obstacle.position[:, None]
+            turning = np.cross(obstacle.angular_velocity, arms, axisb=0).T
+            velocities = obstacle.velocity[:, None] + turning
+            way = dt * float(norms(state.velocities[:, self._points] - velocities).max(initial=0.0))
+            if sweep.clearance(_into_frame(body, obstacle, places)) <= 2 * way + self._thickness:
                 return longest
         return dt
 
-    def enforce(self, before: State, after: State) -> State:
-        h = after.time - before.time
-        obstacles = [
-            body.advance(there, h)
-            for body, there in zip(self._law.bodies, before.obstacles, strict=True)
-        ]
-        bodies, seen = self._law.bodies, self._touchable(before)
-        starts = [
-            _from(body, there, seen) for body, there in zip(bodies, before.obstacles, strict=True)
-        ]
+    def project(self, before: State, after: State) -> State:
+        h, bodies, places = after.time - before.time, self._bodies, self._touchable(before)
+        pairs = list(zip(bodies, before.obstacles, strict=True))
+        obstacles = [body.advance(obstacle, h) for body, obstacle in pairs]
+        starts = [_into_frame(body, obstacle, places) for body, obstacle in pairs]
         for _ in range(_MOST_ROUNDS):
             stopped = 0
-            for index in range(len(obstacles)):
-                here, sweep = obstacles[index], self._sweeps[index]
-                goals = _from(bodies[index], here, self._touchable(after))
-                reached = sweep(starts[index], goals)
-                starts[index] = reached.positions
-                if reached.stopped.size:
+            for index, sweep in enumerate(self._sweeps):
+                obstacle = obstacles[index]
+                goals = _into_frame(bodies[index], obstacle, self._touchable(after))
+                arrival = sweep(starts[index], goals)
+                starts[index] = arrival.positions
+                if arrival.stopped.size:
                     after, obstacles[index], starts[index] = self._strike(
-                        index, reached, after, here
+                        index, arrival, after, obstacle
                     )
                     stopped += 1
-            if stopped == 0 or len(obstacles) == 1:  # no wall pushes a point back into another
+            if stopped == 0 or len(obstacles) == 1:  # none pushes a point back into another
                 return replace(after, obstacles=tuple(obstacles))
         after = replace(after, obstacles=tuple(obstacles))
         if self.clearance(after) <= 0:
-            raise SqueezedError(after.time, [body.name for body in self._law.bodies])
+            raise SqueezedError(after.time, [body.name for body in bodies])
         return after
 
     def _strike(
-        self, index: int, reached: Reached, after: State, here: RigidState
+        self, index: int, arrival: Arrival, after: State, obstacle: RigidState
     ) -> tuple[State, RigidState, Floats]:
         """Let stopped points and the obstacle strike, and put the points where they got to.
 
-        Friction takes back as much of their ways along the wall as of their velocities, so that
-        what sticks stays. Also where points are now, seen from the obstacle.
+        Friction takes back as much of their ways along the surface as of their velocities, so that
+        what sticks stays. Also where all points are now, in the obstacle's frame.
         """
-        body, points = self._law.bodies[index], self._points[reached.stopped]
+        body, points = self._bodies[index], self._points[arrival.stopped]
         positions, velocities = after.positions.copy(), after.velocities.copy()
         touching = Touching(
-            self._masses[reached.stopped],
+            self._masses[arrival.stopped],
             velocities[:, points],
-            here.rotation @ reached.normals,
-            _to(body, here, reached.positions[:, reached.stopped]) - here.position[:, None],
-            self._law.friction,
+            obstacle.rotation @ arrival.normals,
+            _into_world(body, obstacle, arrival.positions[:, arrival.stopped])
+            - obstacle.position[:, None],
+            self._contact.friction,
         )
-        struck = here
+        struck = obstacle
         if body.motion == "free":
-            velocities[:, points], grip, struck = strike_free(touching, body, here)
+            velocities[:, points], grip, struck = strike_free(touching, body, obstacle)
         else:
-            motion = np.concatenate([here.velocity, here.angular_velocity])
+            motion = np.concatenate([obstacle.velocity, obstacle.angular_velocity])
             velocities[:, points], grip = strike_fixed(touching, motion)
-        seen = self._sweeps[index].draw_back(reached, grip)
-        positions[:, points] = _to(body, here, seen[:, reached.stopped])
-        return replace(after, positions=positions, velocities=velocities), struck, seen
+        places = self._sweeps[index].draw_back(arrival, grip)
+        positions[:, points] = _into_world(body, obstacle, places[:, arrival.stopped])
+        return replace(after, positions=positions, velocities=velocities), struck, places
 
     def clearance(self, state: State) -> float:
+        places = self._touchable(state)
         return min(
-            sweep.clearance(_from(body, there, self._touchable(state)))
-            for body, sweep, there in zip(
-                self._law.bodies, self._sweeps, state.obstacles, strict=True
+            sweep.clearance(_into_frame(body, obstacle, places))
+            for body, sweep, obstacle in zip(
+                self._bodies, self._sweeps, state.obstacles, strict=True
             )
         )
 
@@ -188,27 +189,28 @@ class BoundContact(Restraint):
         """Positions of the points that are not held, m, shape (3, k)."""
         return state.positions if self._all_free else state.positions[:, self._points]
 
-    def memory(self) -> object:
-        return tuple(sweep.look for sweep in self._sweeps)
+    def get_state(self) -> object:
+        return tuple(sweep.surroundings for sweep in self._sweeps)
 
-    def recall(self, memory: object) -> None:
-        looks = cast("tuple[Look | None, ...]", memory)
-        for sweep, look in zip(self._sweeps, looks, strict=True):
-            sweep.look = look
+    def set_state(self, state: object) -> None:
+        for sweep, surroundings in zip(
+            self._sweeps, cast("tuple[Surroundings | None, ...]", state), strict=True
+        ):
+            sweep.surroundings = surroundings
 
 
 def _shape(body: RigidBody) -> Floats:
-    """Points of a surface as positions are seen from it, m, shape (m, 3)."""
+    """Points of a surface in the frame of its body, m, shape (m, 3)."""
     return body.points if body.moves else body.mesh.points
 
 
-def _from(body: RigidBody, there: RigidState, positions: Floats) -> Floats:
-    """Positions in the world seen from a rigid body, m, shape (3, k); the same if it is fixed."""
+def _into_frame(body: RigidBody, obstacle: RigidState, positions: Floats) -> Floats:
+    """Positions in the world in the frame of a rigid body, m, (3, k); the same if it is fixed."""
     if not body.moves:
         return positions
-    return there.rotation.T @ (positions - there.position[:, None])
+    return obstacle.rotation.T @ (positions - obstacle.position[:, None])
 
 
-def _to(body: RigidBody, there: RigidState, seen: Floats) -> Floats:
-    """Positions in the world of what is seen from a rigid body, m, shape (3, k)."""
-    return there.rotation @ seen + there.position[:, None] if body.moves else seen
+def _into_world(body: RigidBody, obstacle: RigidState, places: Floats) -> Floats:
+    """Places in the frame of a rigid body in the world, m, shape (3, k)."""
+    return obstacle.rotation @ places + obstacle.position[:, None] if body.moves else places

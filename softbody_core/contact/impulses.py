@@ -1,10 +1,10 @@
-"""What points and a wall do to each other's velocities where they touch.
+"""What points and an obstacle do to each other's velocities where they touch.
 
-A point that moves into the wall loses its normal velocity relative to the wall, and of its
+A point that moves into the obstacle loses its normal velocity relative to the obstacle, and of its
 tangential velocity as much as Coulomb's friction allows: an impulse of at most μ times the normal
 one. What the points lose, a free rigid body gains.
 
-With bounds on friction that are given, a blow is the minimum of a convex function of the wall's
+With bounds on friction that are given, a blow is the minimum of a convex function of the obstacle's
 motion, so it exists, is found, and takes energy. The bounds then follow the normal impulses, until
 they settle or, where points much heavier than the body rub hard, for `_MOST_ITERATIONS`.
 """
@@ -32,7 +32,7 @@ _ROUNDING: Final = 1e-14
 
 @dataclass(frozen=True, eq=False)
 class Touching:
-    """Points that touch one wall.
+    """Points that touch one obstacle.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class Touching:
     velocities : ndarray, shape (3, k)
         m/s.
     normals : ndarray, shape (3, k)
-        Unit normals off the wall.
+        Unit normals off the obstacle.
     arms : ndarray, shape (3, k)
         Points seen from the rigid body's centre of mass, m.
     friction : float
@@ -55,12 +55,12 @@ class Touching:
     friction: float
 
     def relative(self, motion: Floats) -> tuple[Floats, Floats]:
-        """Velocities into the wall, m/s, (k,), at most 0, and along it, (3, k).
+        """Velocities into the obstacle, m/s, (k,), at most 0, and along it, (3, k).
 
-        The wall moves like a rigid body, with a motion (V, Ω), shape (6,).
+        The obstacle moves like a rigid body, with a motion (V, Ω), shape (6,).
         """
-        wall = motion[:3, None] + np.cross(motion[3:], self.arms, axisb=0).T
-        relative = self.velocities - wall
+        surface = motion[:3, None] + np.cross(motion[3:], self.arms, axisb=0).T
+        relative = self.velocities - surface
         normal = np.einsum("ck,ck->k", relative, self.normals)
         return np.minimum(normal, 0.0), relative - normal * self.normals
 
@@ -75,13 +75,13 @@ class Touching:
         return np.minimum(1.0, most / needed)
 
     def impulses(self, motion: Floats, most: Floats) -> Floats:
-        """Impulses on the points, N·s, shape (3, k), if the wall keeps a motion."""
+        """Impulses on the points, N·s, shape (3, k), if the obstacle keeps a motion."""
         into, along = self.relative(motion)
         grip = self.grip(along, most)
         return -self.masses * (into * self.normals + grip * along)
 
     def potential(self, motion: Floats, most: Floats) -> float:
-        """Function of the motion whose slope is what the wall receives, J."""
+        """Function of the motion whose slope is what the obstacle receives, J."""
         into, along = self.relative(motion)
         grip = self.grip(along, most)
         square = into**2 + (2 * grip - grip**2) * np.einsum("ck,ck->k", along, along)
@@ -94,9 +94,9 @@ class Touching:
 
 
 def strike_fixed(touching: Touching, motion: Floats) -> tuple[Floats, Floats]:
-    """Velocities of the points, m/s, after touching a wall whose motion nothing changes.
+    """Velocities of the points, m/s, after touching an obstacle whose motion nothing changes.
 
-    Also the share of its motion along the wall that each point has lost, (k,).
+    Also the share of its motion along the obstacle that each point has lost, (k,).
     """
     return _struck(touching, motion, touching.most_friction(motion))
 
@@ -167,7 +167,7 @@ def _damping(touching: Touching, motion: Floats, most: Floats) -> Floats:
     tensor = (pressed - held) * n[:, None] * n[None] + held * np.eye(3)[:, :, None]
     tensor -= slides[:, None] * slides[None]
     tensor *= m
-    arm = np.zeros((3, 6, r.shape[1]))  # W: the wall's velocity at the point is V + Ω × r
+    arm = np.zeros((3, 6, r.shape[1]))  # W: the obstacle's velocity at the point is V + Ω × r
     arm[0, 0] = arm[1, 1] = arm[2, 2] = 1.0
     arm[0, 4], arm[0, 5] = r[2], -r[1]
     arm[1, 3], arm[1, 5] = -r[2], r[0]

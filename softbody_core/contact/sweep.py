@@ -1,10 +1,10 @@
-"""How far points get on their ways before a wall stops them.
+"""How far points get on their ways before an obstacle stops them.
 
-A point is kept at the distance `thickness` from the wall. Its distance from a mesh changes by no
+A point is kept at the distance `thickness` from the surface. Its distance from a mesh changes by no
 more than it moves, so a known distance is a ball in which it is free, and no mesh is asked again
-before it leaves that ball. Near the wall a point advances by half its known distance at a time (the
-sphere tracing of Hart 1996), so that it cannot pass even the thinnest wall, at any speed, and which
-side it is on never has to be found out.
+before it leaves that ball. Near the surface a point advances by half its known distance at a time
+(the sphere tracing of Hart 1996), so that it cannot pass even the thinnest sheet, at any speed, and
+which side it is on never has to be found out.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from softbody_core.contact.closest_point import ClosestPoint
 from softbody_core.ground.arrays import Floats, Integers
 
 _CLOSE: Final = 2.0
-"""Distance over the thickness below which the wall is taken for a plane."""
+"""Distance over the thickness below which the surface is taken for a plane."""
 
 _MARGIN: Final = 1.5
 """Distance over the thickness up to which a point is followed closely."""
@@ -27,13 +27,13 @@ _STALE: Final = 0.25
 """Way over the thickness, or over a smaller distance, after which a point looks again."""
 
 _ROUNDING: Final = 1e-9
-"""Part of the thickness by which a point at rest on a wall may seem to enter it."""
+"""Part of the thickness by which a point at rest on an obstacle may seem to enter it."""
 
 _STRETCHES: Final = 512
 """Parts of one way; a point that has not arrived then stays where it is."""
 
 
-class Look(NamedTuple):
+class Surroundings(NamedTuple):
     """What is known of each point's surroundings.
 
     Attributes
@@ -41,9 +41,9 @@ class Look(NamedTuple):
     place : ndarray, shape (3, n)
         Where the point was when it looked, m.
     closest : ndarray, shape (3, n)
-        Closest point of the wall, m; meaningless beyond `_CLOSE` thicknesses.
+        Closest point of the surface, m; meaningless beyond `_CLOSE` thicknesses.
     distance : ndarray, shape (n,)
-        Distance of the wall from there, m, or a lower bound beyond `_CLOSE` thicknesses.
+        Distance of the surface from there, m, or a lower bound beyond `_CLOSE` thicknesses.
     """
 
     place: Floats
@@ -51,8 +51,8 @@ class Look(NamedTuple):
     distance: Floats
 
 
-class Reached(NamedTuple):
-    """Where points got to, and which of them a wall stopped.
+class Arrival(NamedTuple):
+    """Where points got to, and which of them an obstacle stopped.
 
     Attributes
     ----------
@@ -61,9 +61,9 @@ class Reached(NamedTuple):
     stopped : ndarray of int, shape (k,)
         Points that did not get to their goals.
     normals : ndarray, shape (3, k)
-        Unit normals of the wall that stopped them; 0 for one that ran out of stretches.
+        Unit normals of the surface that stopped them; 0 for one that ran out of stretches.
     slid : ndarray, shape (3, k)
-        Part of their ways that they made along the wall, m.
+        Part of their ways that they made along the surface, m.
     """
 
     positions: Floats
@@ -86,58 +86,58 @@ class Sweep:
     def __init__(self, closest_point: ClosestPoint, thickness: float) -> None:
         self._closest_point = closest_point
         self._thickness = thickness
-        self.look: Look | None = None
-        """What was seen so far. It decides results in the last digits, so it is state."""
+        self.surroundings: Surroundings | None = None
+        """What is known so far. It decides results in the last digits, so it is state."""
         self._passed: tuple[Floats | None, float] = None, np.inf
 
     def clearance(self, positions: Floats) -> float:
-        """Lower bound of the smallest distance between points and wall, m."""
+        """Lower bound of the smallest distance between points and surface, m."""
         goal, clearance = self._passed
         if goal is positions:  # all points got there without meeting anything, as most times
             return clearance
-        look = self._known(positions)
-        return float(np.min(look.distance - norms(positions - look.place), initial=np.inf))
+        known = self._surroundings(positions)
+        return float(np.min(known.distance - norms(positions - known.place), initial=np.inf))
 
-    def __call__(self, start: Floats, goal: Floats) -> Reached:
-        """Carry points along straight ways, and along the wall where they meet it.
+    def __call__(self, start: Floats, goal: Floats) -> Arrival:
+        """Carry points along straight ways, and along the surface where they meet it.
 
         Parameters
         ----------
         start, goal : ndarray, shape (3, n)
             Ends of the ways, m.
         """
-        look = self._known(start)
-        left = look.distance - norms(goal - look.place)
+        known = self._surroundings(start)
+        left = known.distance - norms(goal - known.place)
         near = np.flatnonzero(~(left > _MARGIN * self._thickness))
         if near.size == 0:
             self._passed = goal, float(left.min(initial=np.inf))
-            return Reached(goal, near, np.empty((3, 0)), np.empty((3, 0)))
+            return Arrival(goal, near, np.empty((3, 0)), np.empty((3, 0)))
         positions = goal.copy()
-        reached = self._follow(near, start[:, near], goal[:, near])
-        stopped = near[reached.stopped]
-        positions[:, stopped] = reached.positions[:, reached.stopped]
-        return Reached(positions, stopped, reached.normals, reached.slid)
+        arrival = self._follow(near, start[:, near], goal[:, near])
+        stopped = near[arrival.stopped]
+        positions[:, stopped] = arrival.positions[:, arrival.stopped]
+        return Arrival(positions, stopped, arrival.normals, arrival.slid)
 
-    def draw_back(self, reached: Reached, share: Floats) -> Floats:
-        """Positions, m, shape (3, n), after shares (k,) of the ways along the wall are taken back.
+    def draw_back(self, arrival: Arrival, share: Floats) -> Floats:
+        """Positions, m, (3, n), after shares (k,) of the ways along the surface are taken back.
 
-        Where the wall is curved, what lies between is looked at like any other way.
+        Where the surface is curved, what lies between is looked at like any other way.
         """
-        goal = reached.positions.copy()
-        goal[:, reached.stopped] -= share * reached.slid
-        return self(reached.positions, goal).positions
+        goal = arrival.positions.copy()
+        goal[:, arrival.stopped] -= share * arrival.slid
+        return self(arrival.positions, goal).positions
 
-    def _follow(self, points: Integers, start: Floats, goal: Floats) -> Reached:
-        """Carry chosen points; the indices of the result count among them."""
+    def _follow(self, points: Integers, start: Floats, goal: Floats) -> Arrival:
+        """Carry some of the points; the indices of the result count among them."""
         thickness = self._thickness
         reached, met_at, normals = start.copy(), goal.copy(), np.zeros_like(start)
         stopped = np.zeros(len(points), dtype=np.bool_)
         going = np.arange(len(points))
-        here, left = start, goal - start
+        positions, left = start, goal - start
         for _ in range(_STRETCHES):
-            place, closest, distance = self._look_again(points[going], here)
+            place, closest, distance = self._refreshed(points[going], positions)
             normal = (place - closest) / np.maximum(distance, np.finfo(float).tiny)
-            room = np.einsum("ck,ck->k", normal, here - closest) - thickness
+            room = np.einsum("ck,ck->k", normal, positions - closest) - thickness
             approach = np.einsum("ck,ck->k", normal, left)
             close = distance <= _CLOSE * thickness
             met = close & (approach < -room - _ROUNDING * thickness)
@@ -146,44 +146,45 @@ class Sweep:
             left = left + np.where(met, -room - approach, 0.0) * normal
             normals[:, going[met]] = normal[:, met]
             stopped[going[met]] = True
-            known = distance - norms(here - place)
-            free = np.where(close, known / 2, known - thickness)
+            clear = distance - norms(positions - place)
+            free = np.where(close, clear / 2, clear - thickness)
             share = np.minimum(1.0, free / np.maximum(norms(left), np.finfo(float).tiny))
-            here = here + share * left
-            reached[:, going] = here
+            positions = positions + share * left
+            reached[:, going] = positions
             onward = share < 1
             left = ((1 - share) * left)[:, onward]
-            here, going = here[:, onward], going[onward]
+            positions, going = positions[:, onward], going[onward]
             if going.size == 0:
                 break
         ended = stopped.copy()
         ended[going] = True
         slid = np.where(stopped, reached - met_at, 0.0)
         slid -= np.einsum("ck,ck->k", slid, normals) * normals
-        return Reached(reached, np.flatnonzero(ended), normals[:, ended], slid[:, ended])
+        return Arrival(reached, np.flatnonzero(ended), normals[:, ended], slid[:, ended])
 
-    def _look_again(self, points: Integers, here: Floats) -> tuple[Floats, ...]:
-        """Surroundings of chosen points, seen from no further than a part of the thickness."""
-        look = self._known(here)
-        moved = norms(here - look.place[:, points])
-        stale = moved > _STALE * np.minimum(look.distance[points], self._thickness)
+    def _refreshed(self, points: Integers, positions: Floats) -> tuple[Floats, ...]:
+        """Surroundings of some points, from no further than a part of the thickness."""
+        known = self._surroundings(positions)
+        moved = norms(positions - known.place[:, points])
+        stale = moved > _STALE * np.minimum(known.distance[points], self._thickness)
         if stale.any():
-            look = Look(*(values.copy() for values in look))  # what was given out stays as it was
-            chosen, seen = points[stale], self._see(here[:, stale])
-            look.place[:, chosen], look.closest[:, chosen], look.distance[chosen] = seen
-            self.look = look
-        return look.place[:, points], look.closest[:, points], look.distance[points]
+            # those given out before stay as they were
+            known = Surroundings(*(values.copy() for values in known))
+            renewed, query = points[stale], self._query(positions[:, stale])
+            known.place[:, renewed], known.closest[:, renewed], known.distance[renewed] = query
+            self.surroundings = known
+        return known.place[:, points], known.closest[:, points], known.distance[points]
 
-    def _known(self, positions: Floats) -> Look:
-        """What was seen so far; at first, every point looks around."""
-        if self.look is None:
-            self.look = self._see(positions)
-        return self.look
+    def _surroundings(self, positions: Floats) -> Surroundings:
+        """What is known so far; at first, every point looks around."""
+        if self.surroundings is None:
+            self.surroundings = self._query(positions)
+        return self.surroundings
 
-    def _see(self, places: Floats) -> Look:
+    def _query(self, places: Floats) -> Surroundings:
         """Surroundings of places; far away, the distance from the mesh's box is enough."""
         distance = self._closest_point.distance_to_box(places)
         closest, near = places.copy(), distance <= _CLOSE * self._thickness
         if near.any():
             closest[:, near], distance[near] = self._closest_point(places[:, near])
-        return Look(places.copy(), closest, distance)
+        return Surroundings(places.copy(), closest, distance)

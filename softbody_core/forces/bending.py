@@ -1,13 +1,10 @@
 """Bending stiffness: two triangles that share an edge are a hinge with a spring.
 
-Grinspun, Hirani, Desbrun & Schröder 2003, "Discrete shells", eq. 1. The second derivative of a
-hinge's angle is known in closed form (Tamstorf & Grinspun 2013, "Discrete bending forces and their
-Jacobians"); here it is worked out along a direction, from the arms of the hinge.
+Grinspun, Hirani, Desbrun & Schröder 2003, "Discrete shells", eq. 1.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
@@ -15,9 +12,9 @@ import numpy as np
 import scipy.sparse as sp
 
 from softbody_core.configuration import Configuration, cross, scatter, take
-from softbody_core.forces.force import BoundForce, Rates, Tangent, blocks
+from softbody_core.forces.law import BoundLaw, Law, Majorants, Rates
 from softbody_core.ground.arrays import Floats, Integers
-from softbody_core.ground.parameters import Parameters, Quantity
+from softbody_core.ground.parameters import Quantity
 from softbody_core.mesh import SurfaceMesh, difference_operator, per_component
 from softbody_core.state import Inputs
 from softbody_core.weights import Control
@@ -27,7 +24,7 @@ _COLLAPSED = 1e-6
 
 
 @dataclass(frozen=True)
-class Bending(Parameters):
+class Bending(Law):
     """Hinges on the edges, with the angles of the mesh at rest.
 
     U = ½ D Σ_e w_e Δ_e²,  w_e = |e⁰|²/(A⁰₁ + A⁰₂),  Δ_e = θ_e − θ⁰_e
@@ -55,7 +52,7 @@ class Bending(Parameters):
     stiffness: Annotated[float, Quantity("N.m", at_least=0)]
     damping: Annotated[float, Quantity("N.m.s", at_least=0)] = 0.0
 
-    def bind(self, mesh: SurfaceMesh, masses: Floats) -> BoundForce:
+    def bind(self, mesh: SurfaceMesh, masses: Floats) -> BoundLaw[Law]:
         """Put a hinge on each edge, at rest as the mesh stands."""
         return _BoundBending(self, mesh, masses)
 
@@ -83,32 +80,20 @@ class _Flap:
     """
 
     def __init__(self, side: float, rest_square: Floats) -> None:
-        self._side, self._rest_square = side, rest_square
+        self.side, self._rest_square = side, rest_square
         self.wing, self.normal, self.tilt = np.empty((3, 3, len(rest_square)))
 
     def move_to(self, edge: Floats) -> None:
         """Take another edge, m, shape (3, m), after the wing has moved."""
-        self._edge = edge
+        self.edge = edge
         self.square = np.maximum(_dot(edge, edge), _COLLAPSED**2 * self._rest_square)
         self.length = np.sqrt(self.square)
         self.foot = _dot(self.wing, edge) / self.square
         cross(edge, self.wing, self.normal, np.empty_like(self.square))
-        self.normal *= self._side
+        self.normal *= self.side
         size, least = _dot(self.normal, self.normal), (_COLLAPSED * self._rest_square) ** 2
-        self._collapsed = size < least
         self.size = np.maximum(size, least)
         np.multiply(self.length / self.size, self.normal, out=self.tilt)
-
-    def change(self, d_edge: Floats, d_wing: Floats) -> tuple[Floats, Floats]:
-        """Change of the tilt and of the foot."""
-        edge, wing = self._edge, self.wing
-        d_square = 2 * _dot(edge, d_edge)
-        d_foot = (_dot(d_wing, edge) + _dot(wing, d_edge) - self.foot * d_square) / self.square
-        d_normal = self._side * (_cross(d_edge, wing) + _cross(edge, d_wing))
-        d_size = np.where(self._collapsed, 0.0, 2 * _dot(self.normal, d_normal))
-        d_length = 0.5 * d_square / self.length
-        d_tilt = (d_length * self.normal + self.length * d_normal) / self.size
-        return d_tilt - (d_size / self.size) * self.tilt, d_foot
 
 
 class _Hinges:
@@ -155,21 +140,10 @@ class _Hinges:
         """Change of the angles as the arms change, shape (m,)."""
         return np.asarray(np.einsum("cam,cam->m", self.gradient, d_arms))
 
-    def gradient_change(self, d_arms: Floats) -> Floats:
-        """Change of the gradient as the arms change: ∂²θ/∂arms² times d_arms."""
-        d_left, d_right, d_edge = d_arms.transpose(1, 0, 2)
-        changes = np.zeros((3, 3, len(self.angle)))
-        for index, (flap, d_wing) in enumerate(zip(self.flaps, (d_left, d_right), strict=True)):
-            d_tilt, d_foot = flap.change(d_edge, d_wing)
-            changes[:, index] = -d_tilt
-            changes[:, 2] += d_foot * flap.tilt + flap.foot * d_tilt
-        return changes
 
-
-class _BoundBending(BoundForce):
+class _BoundBending(BoundLaw[Bending]):
     def __init__(self, law: Bending, mesh: SurfaceMesh, masses: Floats) -> None:
-        self._law = law
-        self._masses = masses
+        super().__init__(law, mesh, masses)
         self._hinges = _Hinges(mesh)
         (start, end), (left, right) = self._hinges.ends, self._hinges.wings
         arms = np.stack([[start, left], [start, right], [start, end]])
@@ -184,68 +158,39 @@ class _BoundBending(BoundForce):
 
     def force(self, configuration: Configuration, velocities: Floats, inputs: Inputs) -> Floats:
         hinges = self._hinges.move_to(configuration)
-        moments = self._law.stiffness * self._bend(hinges)
+        moments = self.law.stiffness * self._bend(hinges)
         if self._arms_of is not None:
             arms = scatter(self._arms_of, velocities).reshape(hinges.gradient.shape)
-            moments += self._law.damping * hinges.turn(arms)
+            moments += self.law.damping * hinges.turn(arms)
         moments *= self._weights
         np.multiply(moments, hinges.gradient, out=self._loads)
         return scatter(self._gather, self._loads)
 
     def energy(self, configuration: Configuration, inputs: Inputs) -> float:
         bend = self._bend(self._hinges.move_to(configuration))
-        return 0.5 * self._law.stiffness * float(self._weights @ bend**2)
+        return 0.5 * self.law.stiffness * float(self._weights @ bend**2)
 
-    def stiffness(self, configuration: Configuration, inputs: Inputs) -> Tangent:
-        hinges, modulus = self._hinges.move_to(configuration), self._law.stiffness * self._weights
-        moments = modulus * self._bend(hinges)
-
-        def load(d_arms: Floats) -> Floats:
-            d_moments = modulus * hinges.turn(d_arms)
-            return d_moments * hinges.gradient + moments * hinges.gradient_change(d_arms)
-
-        return self._tangent(load)
-
-    def damping(self, configuration: Configuration) -> Tangent:
-        if not self._law.damping:
-            return Tangent()
-        hinges, modulus = self._hinges.move_to(configuration), self._law.damping * self._weights
-        return self._tangent(lambda d_arms: modulus * hinges.turn(d_arms) * hinges.gradient)
-
-    def _tangent(self, load: Callable[[Floats], Floats]) -> Tangent:
-        """Matrix of a linear map from what the arms move to what loads them, (3, 3, m) both."""
-        loads = np.empty((3, 3, 3, 3, len(self._weights)))  # component and arm, of load and move
-        for component, arm in np.ndindex(3, 3):
-            d_arms = np.zeros(loads.shape[2:])
-            d_arms[component, arm] = 1.0
-            loads[:, :, component, arm] = load(d_arms)
-
-        def block(row: int, column: int) -> sp.csr_array:
-            hinges = [[sp.diags_array(entry) for entry in arm] for arm in loads[row, :, column]]
-            return sp.csr_array(self._reach.T @ sp.block_array(hinges, format="csr") @ self._reach)
-
-        return Tangent(sparse=blocks(block))
-
-    def bounding_operators(self) -> tuple[sp.csr_array, sp.csr_array]:
+    def majorants(self) -> Majorants:
         # A hinge turns by p₁·δ₁ + p₂·δ₂. Along the mean normal the flaps add up; across it, and
         # that is little where the hinge is nearly flat, they differ.
         left, right = self._hinges.move_to(self._rest).flaps
-        operator = sp.csr_array((len(self._masses), len(self._masses)))
+        operator = sp.csr_array((len(self.masses), len(self.masses)))
         for share, sign in (
             (np.cos(self._rest_angles / 2), 1),
             (np.sin(self._rest_angles / 2), -1),
         ):
-            one, two = left.length / np.sqrt(left.size), sign * right.length / np.sqrt(right.size)
-            parts = [one, two, -(one * left.foot + two * right.foot)]
+            on_left = left.length / np.sqrt(left.size)
+            on_right = sign * right.length / np.sqrt(right.size)
+            parts = [on_left, on_right, -(on_left * left.foot + on_right * right.foot)]
             turn = sp.hstack([sp.diags_array(part) for part in parts]) @ self._reach
             operator = operator + turn.T @ sp.diags_array(self._weights * share**2) @ turn
         operator = sp.csr_array(operator)
-        return self._law.stiffness * operator, self._law.damping * operator
+        return Majorants(self.law.stiffness * operator, self.law.damping * operator)
 
-    def rates(self, configuration: Configuration, inputs: Inputs) -> Rates:
+    def rates(self, configuration: Configuration, velocities: Floats, inputs: Inputs) -> Rates:
         # With a = |δ|/height of a flap and b = |d e|/|e|, the two flaps turn by at most a₁ + a₂,
         # and |d²θ| ≤ Σ (a² + 3 a b + b²) ≤ Σ 5/2 (a² + b²).
-        hinges, law = self._hinges.move_to(configuration), self._law
+        hinges, law = self._hinges.move_to(configuration), self.law
         bend = np.abs(self._bend(hinges))
         return Rates(
             self._row_sum(hinges, law.stiffness * (2 + 2.5 * bend), law.stiffness * 5 * bend),
@@ -254,7 +199,7 @@ class _BoundBending(BoundForce):
 
     def _row_sum(self, hinges: _Hinges, tilting: Floats | float, along: Floats | float) -> float:
         """Largest row sum of M⁻¹ Σ w (tilting Σ a² + along b²), 1/s² or 1/s."""
-        n, (start, end) = len(self._masses), hinges.ends
+        n, (start, end) = len(self.masses), hinges.ends
         stretch = 2 * self._weights * along / hinges.flaps[0].square
         rows = np.bincount(start, stretch, n) + np.bincount(end, stretch, n)
         for flap, wing in zip(hinges.flaps, hinges.wings, strict=True):
@@ -262,7 +207,7 @@ class _BoundBending(BoundForce):
             pull = self._weights * tilting * (flap.square / flap.size) * (1 + at_start + at_end)
             rows += np.bincount(wing, pull, n)
             rows += np.bincount(start, pull * at_start, n) + np.bincount(end, pull * at_end, n)
-        return float(np.max(rows / self._masses))
+        return float(np.max(rows / self.masses))
 
     def _bend(self, hinges: _Hinges) -> Floats:
         """Δ of each hinge, between −π and π, shape (m,)."""
@@ -282,9 +227,3 @@ def _wings(mesh: SurfaceMesh) -> tuple[Integers, Integers]:
 
 def _dot(a: Floats, b: Floats) -> Floats:
     return np.asarray(np.einsum("cm,cm->m", a, b))
-
-
-def _cross(a: Floats, b: Floats) -> Floats:
-    product = np.empty_like(a)
-    cross(a, b, product, np.empty(a.shape[1]))
-    return product

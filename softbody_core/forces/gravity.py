@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Annotated, ClassVar
 
 import numpy as np
 
 from softbody_core.configuration import Configuration
-from softbody_core.forces.force import BoundForce
+from softbody_core.forces.law import BoundLaw, Law
 from softbody_core.ground.arrays import Floats
-from softbody_core.ground.parameters import Parameters, Quantity
+from softbody_core.ground.parameters import Quantity
 from softbody_core.mesh import SurfaceMesh
 from softbody_core.state import Inputs
 from softbody_core.weights import Control
@@ -20,7 +21,7 @@ STANDARD_GRAVITY = 9.80665
 
 
 @dataclass(frozen=True)
-class Gravity(Parameters):
+class Gravity(Law):
     """Weight of each point along −z: F_i = m_i g.
 
     Parameters
@@ -30,22 +31,22 @@ class Gravity(Parameters):
     """
 
     control: ClassVar[Control | None] = Control.GRAVITY
+    acts_at_rest, internal, objective = True, False, False
 
     acceleration: Annotated[float, Quantity("m/s^2", at_least=0)] = STANDARD_GRAVITY
 
-    def bind(self, mesh: SurfaceMesh, masses: Floats) -> BoundForce:
+    def bind(self, mesh: SurfaceMesh, masses: Floats) -> BoundLaw[Law]:
         """Weigh the points."""
-        return _BoundGravity(self.acceleration * masses)
+        return _BoundGravity(self, mesh, masses)
 
 
-class _BoundGravity(BoundForce):
-    def __init__(self, weights: Floats) -> None:
-        self._weights = weights
-        self._force = np.zeros((3, len(weights)))
-        self._force[2] = -weights
+class _BoundGravity(BoundLaw[Gravity]):
+    @cached_property
+    def _weights(self) -> Floats:
+        return np.outer((0.0, 0.0, -self.law.acceleration), self.masses)
 
     def force(self, configuration: Configuration, velocities: Floats, inputs: Inputs) -> Floats:
-        return self._force
+        return self._weights
 
     def energy(self, configuration: Configuration, inputs: Inputs) -> float:
-        return float(self._weights @ configuration.positions[2])
+        return -float(np.vdot(self._weights, configuration.positions))

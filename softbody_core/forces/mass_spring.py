@@ -7,12 +7,11 @@ from functools import cached_property
 from typing import Annotated, ClassVar
 
 import numpy as np
-import scipy.sparse as sp
 
 from softbody_core.configuration import Configuration, scatter
-from softbody_core.forces.force import BoundForce, Rates, Tangent, blocks, largest_eigenvalue
+from softbody_core.forces.law import BoundLaw, Law, Majorants, Rates, largest_eigenvalue
 from softbody_core.ground.arrays import Floats
-from softbody_core.ground.parameters import Parameters, Quantity
+from softbody_core.ground.parameters import Quantity
 from softbody_core.mesh import SurfaceMesh, per_component
 from softbody_core.state import Inputs
 from softbody_core.weights import Control
@@ -22,7 +21,7 @@ _TINY = np.finfo(np.float64).tiny
 
 
 @dataclass(frozen=True)
-class MassSpring(Parameters):
+class MassSpring(Law):
     """Springs and dampers along the edges of the surface.
 
     F_i = Σ_j k_s (l_ij − l⁰_ij) (x_j − x_i)/l_ij + k_d (v_j − v_i)
@@ -44,20 +43,16 @@ class MassSpring(Parameters):
     stiffness: Annotated[float, Quantity("N/m", at_least=0)]
     damping: Annotated[float, Quantity("N.s/m", at_least=0)] = 0.0
 
-    def bind(self, mesh: SurfaceMesh, masses: Floats) -> BoundForce:
+    def bind(self, mesh: SurfaceMesh, masses: Floats) -> BoundLaw[Law]:
         """Attach a spring and a damper to each edge, at rest as the mesh stands."""
         return _BoundMassSpring(self, mesh, masses)
 
 
-class _BoundMassSpring(BoundForce):
+class _BoundMassSpring(BoundLaw[MassSpring]):
     def __init__(self, law: MassSpring, mesh: SurfaceMesh, masses: Floats) -> None:
-        self._law = law
-        self._masses = masses
+        super().__init__(law, mesh, masses)
         self._rest_lengths = mesh.edge_lengths
-        self._difference = mesh.edge_difference
-        self._gather = mesh.edge_difference.T.tocsr()
-        self._laplacian = mesh.laplacian
-        self._pull = per_component(-self._gather)
+        self._pull = per_component(-mesh.edge_difference.T.tocsr())
         self._dampers = per_component(law.damping * mesh.laplacian) if law.damping else None
         self._tension = np.empty(len(self._rest_lengths))
         self._tensions = np.empty((3, len(self._rest_lengths)))
@@ -72,45 +67,30 @@ class _BoundMassSpring(BoundForce):
 
     def energy(self, configuration: Configuration, inputs: Inputs) -> float:
         stretch = configuration.edge_lengths - self._rest_lengths
-        return 0.5 * self._law.stiffness * float(stretch @ stretch)
+        return 0.5 * self.law.stiffness * float(stretch @ stretch)
 
-    def stiffness(self, configuration: Configuration, inputs: Inputs) -> Tangent:
-        along = configuration.edge_vectors / np.maximum(configuration.edge_lengths, _TINY)
-        across = self._tension_over_length(configuration)
-        axial = self._law.stiffness - across
-
-        def block(row: int, column: int) -> sp.csr_array:
-            weights = axial * along[row] * along[column]
-            if row == column:
-                weights += across
-            return sp.csr_array(self._gather @ sp.diags_array(weights) @ self._difference)
-
-        return Tangent(sparse=blocks(block))
-
-    def damping(self, configuration: Configuration) -> Tangent:
-        return Tangent(sparse=self._dampers)
-
-    def bounding_operators(self) -> tuple[sp.csr_array, sp.csr_array]:
+    def majorants(self) -> Majorants:
         # Across a spring the stiffness is k_s (1 − l⁰/l): negative where it is compressed, and
         # never more than the k_s of the Laplacian, which is positive semi-definite.
-        return self._law.stiffness * self._laplacian, self._law.damping * self._laplacian
+        laplacian = self.mesh.laplacian
+        return Majorants(self.law.stiffness * laplacian, self.law.damping * laplacian)
 
-    def rates(self, configuration: Configuration, inputs: Inputs) -> Rates:
+    def rates(self, configuration: Configuration, velocities: Floats, inputs: Inputs) -> Rates:
         # An edge's stiffness is k_s along it and k_s (1 − l⁰/l) < k_s across it, so the Laplacian
         # bounds the network in every configuration.
         return Rates(
-            self._law.stiffness * self._largest_laplacian_eigenvalue,
-            self._law.damping * self._largest_laplacian_eigenvalue,
+            self.law.stiffness * self._largest_laplacian_eigenvalue,
+            self.law.damping * self._largest_laplacian_eigenvalue,
         )
 
     @cached_property
     def _largest_laplacian_eigenvalue(self) -> float:
-        return largest_eigenvalue(self._laplacian, self._masses)
+        return largest_eigenvalue(self.mesh.laplacian, self.masses)
 
     def _tension_over_length(self, configuration: Configuration) -> Floats:
         """k_s (1 − l⁰/l), N/m, shape (m,); an edge of no length pulls nowhere."""
         tension = np.maximum(configuration.edge_lengths, _TINY, out=self._tension)
         np.divide(self._rest_lengths, tension, out=tension)
         np.subtract(1.0, tension, out=tension)
-        tension *= self._law.stiffness
+        tension *= self.law.stiffness
         return tension

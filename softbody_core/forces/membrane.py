@@ -15,15 +15,15 @@ import numpy as np
 import scipy.sparse as sp
 
 from softbody_core.configuration import Configuration, scatter
-from softbody_core.forces.force import BoundForce, Rates, Tangent, blocks, largest_eigenvalue
+from softbody_core.forces.law import BoundLaw, Law, Majorants, Rates, largest_eigenvalue
 from softbody_core.ground.arrays import Floats
-from softbody_core.ground.parameters import Parameters, Quantity
+from softbody_core.ground.parameters import Quantity
 from softbody_core.mesh import SurfaceMesh, per_component
 from softbody_core.state import Inputs
 from softbody_core.weights import Control
 
 _STRETCHED = 2.0
-"""Stiffness of the implicit schemes' operator over that at rest.
+"""Stiffness of the majorant over that at rest.
 
 The law stiffens with the square of the stretch. An iteration converges where its matrix is at least
 half the exact one: up to a stretch of √3 with this value, five times the volume. Beyond, and for a
@@ -32,7 +32,7 @@ larger margin, there is Anderson acceleration, and then shorter steps.
 
 
 @dataclass(frozen=True)
-class Membrane(Parameters):
+class Membrane(Law):
     """St. Venant-Kirchhoff membrane in plane stress, with dampers along the edges.
 
     U = ½ Σ A⁰ E : S,  S = Y/(1 − ν²) [(1 − ν) E + ν tr(E) I]
@@ -63,16 +63,14 @@ class Membrane(Parameters):
     poisson_ratio: Annotated[float, Quantity("1", above=-1, below=1)] = 1 / 3
     damping: Annotated[float, Quantity("N.s/m", at_least=0)] = 0.0
 
-    def bind(self, mesh: SurfaceMesh, masses: Floats) -> BoundForce:
+    def bind(self, mesh: SurfaceMesh, masses: Floats) -> BoundLaw[Law]:
         """Spread the membrane over the triangles, at rest as the mesh stands."""
         return _BoundMembrane(self, mesh, masses)
 
 
-class _BoundMembrane(BoundForce):
+class _BoundMembrane(BoundLaw[Membrane]):
     def __init__(self, law: Membrane, mesh: SurfaceMesh, masses: Floats) -> None:
-        self._law = law
-        self._masses = masses
-        self._mesh = mesh
+        super().__init__(law, mesh, masses)
         self._rest_squares = mesh.edge_lengths**2
         self._difference = mesh.edge_difference
         self._gather = mesh.edge_difference.T.tocsr()
@@ -94,36 +92,21 @@ class _BoundMembrane(BoundForce):
         stretch = self._stretch(configuration)
         return 0.5 * float(stretch @ (self._joined @ stretch))
 
-    def stiffness(self, configuration: Configuration, inputs: Inputs) -> Tangent:
-        tension = sp.diags_array(self._joined @ self._stretch(configuration))
-        across = self._gather @ tension @ self._difference
-        # ∂q/∂x, a block for each component
-        change = [sp.diags_array(row) @ self._difference for row in configuration.edge_vectors]
+    def majorants(self) -> Majorants:
+        modulus = _STRETCHED * self.law.stiffness / (1 - abs(self.law.poisson_ratio))
+        return Majorants(modulus * self._laplacian, self.law.damping * self.mesh.laplacian)
 
-        def block(row: int, column: int) -> sp.csr_array:
-            along = change[row].T @ self._joined @ change[column]
-            return sp.csr_array(along + across if row == column else along)
-
-        return Tangent(sparse=blocks(block))
-
-    def damping(self, configuration: Configuration) -> Tangent:
-        return Tangent(sparse=self._dampers)
-
-    def bounding_operators(self) -> tuple[sp.csr_array, sp.csr_array]:
-        modulus = _STRETCHED * self._law.stiffness / (1 - abs(self._law.poisson_ratio))
-        return modulus * self._laplacian, self._law.damping * self._mesh.laplacian
-
-    def rates(self, configuration: Configuration, inputs: Inputs) -> Rates:
+    def rates(self, configuration: Configuration, velocities: Floats, inputs: Inputs) -> Rates:
         # A move u changes E by sym(Fᵀ∇u), so |dE| ≤ |F||∇u|, and the stress acts on ∇uᵀ∇u/2. The
         # largest factor of S = C E is Y/(1 − |ν|). The Laplacian is that of ∫|∇u|².
-        young, poisson = self._law.stiffness, self._law.poisson_ratio
-        stretch_of = self._stretch(configuration)[self._mesh.triangle_edges]
+        young, poisson = self.law.stiffness, self.law.poisson_ratio
+        stretch_of = self._stretch(configuration)[self.mesh.triangle_edges]
         xx, yy, xy = np.einsum("tsq,tq->st", self._strain_of, stretch_of)
         mean, deviation = (xx + yy) / 2, np.hypot((xx - yy) / 2, xy / 2)
         squared = 1 + 2 * (mean + deviation)  # largest eigenvalue of FᵀF
         stress = young * np.maximum(mean / (1 - poisson) + deviation / (1 + poisson), 0)
         modulus = float(np.max(young / (1 - abs(poisson)) * squared + stress))
-        damping = self._law.damping
+        damping = self.law.damping
         return Rates(modulus * self._fastest, damping * self._fastest_damped if damping else 0.0)
 
     def _stretch(self, configuration: Configuration) -> Floats:
@@ -137,21 +120,21 @@ class _BoundMembrane(BoundForce):
     @cached_property
     def _laplacian(self) -> sp.csr_array:
         """∫ ∇φ_i · ∇φ_j over the surface at rest: the cotangent Laplacian, shape (n, n)."""
-        sides, areas = _rest_sides(self._mesh)
+        sides, areas = _rest_sides(self.mesh)
         # an edge gets −a·b/4A from the other two sides of each triangle: half a cotangent
         products = np.einsum("tkc,tkc->tk", sides[:, [1, 2, 0]], sides[:, [2, 0, 1]])
         weights = np.bincount(
-            self._mesh.triangle_edges.ravel(), (-products / (4 * areas[:, None])).ravel()
+            self.mesh.triangle_edges.ravel(), (-products / (4 * areas[:, None])).ravel()
         )
         return sp.csr_array(self._gather @ sp.diags_array(weights) @ self._difference)
 
     @cached_property
     def _fastest(self) -> float:
-        return largest_eigenvalue(self._laplacian, self._masses)
+        return largest_eigenvalue(self._laplacian, self.masses)
 
     @cached_property
     def _fastest_damped(self) -> float:
-        return largest_eigenvalue(self._mesh.laplacian, self._masses)
+        return largest_eigenvalue(self.mesh.laplacian, self.masses)
 
 
 def _rest_sides(mesh: SurfaceMesh) -> tuple[Floats, Floats]:

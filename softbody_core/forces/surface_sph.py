@@ -10,13 +10,12 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
-import scipy.sparse as sp
 
 from softbody_core.configuration import Configuration
-from softbody_core.forces.force import BoundForce, Rates, Tangent
+from softbody_core.forces.law import BoundLaw, Law, Majorants, Rates
 from softbody_core.forces.pair_geometry import PairGeometry
 from softbody_core.ground.arrays import Floats
-from softbody_core.ground.parameters import Parameters, Quantity
+from softbody_core.ground.parameters import Quantity
 from softbody_core.mesh import SurfaceMesh
 from softbody_core.neighbours import NeighbourList
 from softbody_core.state import Inputs
@@ -24,7 +23,7 @@ from softbody_core.weights import Control
 
 
 @dataclass(frozen=True)
-class SurfaceSPH(Parameters):
+class SurfaceSPH(Law):
     """Smoothed particle hydrodynamics among surface points within the core radius h_w.
 
     ρ_i = Σ_j m_j W_poly6(r_ij),  L_i = k (ρ_i − ρ⁰_i)
@@ -58,24 +57,25 @@ class SurfaceSPH(Parameters):
     rest_density: Annotated[float, Quantity("1", at_least=0)] = 1.0
     pressure: Literal["sum", "difference"] = "sum"
 
-    def bind(self, mesh: SurfaceMesh, masses: Floats) -> BoundForce:
+    @property
+    def internal(self) -> bool:
+        """False for eq. 7 as printed, which conserves no momentum."""
+        return self.pressure == "sum"
+
+    def bind(self, mesh: SurfaceMesh, masses: Floats) -> BoundLaw[Law]:
         """Find neighbours and densities at rest."""
         return _BoundSPH(self, mesh, masses)
 
 
-class _BoundSPH(BoundForce):
+class _BoundSPH(BoundLaw[SurfaceSPH]):
     def __init__(self, law: SurfaceSPH, mesh: SurfaceMesh, masses: Floats) -> None:
-        self._law = law
-        self._masses = masses
-        self._area = mesh.area
-        self._laplacian = mesh.laplacian
+        super().__init__(law, mesh, masses)
         self._radius = h = law.core_radius * float(mesh.edge_lengths.mean())
         self._neighbours = NeighbourList(h)
         self._geometry: PairGeometry | None = None
         self._shares, self._mean_pressures = np.empty((2, 0))
         self._poly6 = 315 / (64 * np.pi * h**9)  # W = poly6 (h² − r²)³
         self._spiky = 45 / (np.pi * h**6)  # −∇W = spiky (h − r)² r̂, ∇²W_viscosity = spiky (h − r)
-        self._sign = 1.0 if law.pressure == "sum" else -1.0
         self._rest = Configuration(mesh, np.ascontiguousarray(mesh.points.T))
         geometry = self._look(self._rest.positions)
         self._rest_densities = law.rest_density * self._densities(geometry)
@@ -84,65 +84,55 @@ class _BoundSPH(BoundForce):
         geometry, _ = self._fluid(configuration)
         carried = geometry.vectors
         carried *= self._push(geometry)
-        if not self._law.viscosity:
+        if not self.law.viscosity:
             return self._pushed(geometry, carried)
         drag = self._drag(geometry, velocities)
-        if self._sign < 0:
+        if not self.law.internal:
             return self._pushed(geometry, carried) - geometry.onto_ends(drag)
         carried -= drag
         return geometry.onto_ends(carried)
 
     def _pushed(self, geometry: PairGeometry, carried: Floats) -> Floats:
         """Pressure force at the points from that of the pairs."""
-        if self._sign > 0:
+        if self.law.internal:
             return geometry.onto_ends(carried)
         # as printed in the paper, a pair pushes both of its points the same way
         return -np.stack([geometry.totals(row) for row in carried])
 
-    def stiffness(self, configuration: Configuration, inputs: Inputs) -> Tangent:
-        return Tangent(operator=lambda u: -self._force_change(configuration, u))
-
-    def damping(self, configuration: Configuration) -> Tangent:
-        def product(u: Floats) -> Floats:
-            geometry, _ = self._fluid(configuration)
-            return geometry.onto_ends(self._drag(geometry, u))
-
-        return Tangent(operator=product)
-
-    def bounding_operators(self) -> tuple[sp.csr_array, sp.csr_array]:
+    def majorants(self) -> Majorants:
         # The fluid resists a change of area like a membrane of modulus k times the mass per area.
-        modulus = self._law.gas_constant * float(self._masses.sum()) / self._area
+        modulus = self.law.gas_constant * float(self.masses.sum()) / self.mesh.area
         # Its viscosity resists a uniform rate of stretch as dampers on the edges would.
         geometry, _ = self._fluid(self._rest)
-        drag = self._law.viscosity * self._spiky * self._shares * geometry.gap
+        drag = self.law.viscosity * self._spiky * self._shares * geometry.gap
         edges = float(np.vdot(self._rest.edge_lengths, self._rest.edge_lengths))
         damping = float(np.vdot(drag, geometry.lengths**2)) / edges
-        return modulus * self._laplacian, damping * self._laplacian
+        return Majorants(modulus * self.mesh.laplacian, damping * self.mesh.laplacian)
 
-    def rates(self, configuration: Configuration, inputs: Inputs) -> Rates:
+    def rates(self, configuration: Configuration, velocities: Floats, inputs: Inputs) -> Rates:
         """Bound by the largest block row sum of M⁻¹K and of M⁻¹C."""
         geometry, densities = self._fluid(configuration)
         gap, per_area = geometry.gap, self._spiky * self._shares
         # |∂ρ_i| ≤ 2 slope_i, for moves of at most one
         slope = self._density_change(geometry, self._kernel_slope(geometry.lengths))
         first, second = geometry.at_ends(slope)
-        density_part = per_area * gap**2 * self._law.gas_constant * (first + second)
+        density_part = per_area * gap**2 * self.law.gas_constant * (first + second)
         first, second = geometry.at_ends(slope / densities)
         tension = np.abs(self._mean_pressures) * per_area
         shape_part = tension * gap**2 * (2 * (first + second) + 2 / geometry.lengths)
         shape_part += 4 * tension * gap
         stiffness = self._row_sum(geometry, density_part + shape_part)
-        drag = self._row_sum(geometry, 2 * self._law.viscosity * per_area * gap)
+        drag = self._row_sum(geometry, 2 * self.law.viscosity * per_area * gap)
         return Rates(stiffness, drag)
 
     def _row_sum(self, geometry: PairGeometry, values: Floats) -> float:
-        return float(np.max(geometry.totals(values) / self._masses))
+        return float(np.max(geometry.totals(values) / self.masses))
 
     def _look(self, positions: Floats) -> PairGeometry:
         """Return what lies between the points at these positions, m, shape (3, n)."""
         pairs = self._neighbours.pairs(positions)
         if self._geometry is None or self._geometry.pairs is not pairs:
-            self._geometry = PairGeometry(pairs, len(self._masses), self._radius)
+            self._geometry = PairGeometry(pairs, len(self.masses), self._radius)
             self._shares, self._mean_pressures = np.empty((2, len(pairs.first)))
         self._geometry.move_to(positions)
         return self._geometry
@@ -151,12 +141,12 @@ class _BoundSPH(BoundForce):
         """Work out the fluid: pairs, densities, and in place shares and mean pressures."""
         geometry = self._look(configuration.positions)
         densities = self._densities(geometry)
-        first, second = geometry.at_ends(self._masses / densities)
+        first, second = geometry.at_ends(self.masses / densities)
         np.multiply(first, second, out=self._shares)  # m_i m_j/(ρ_i ρ_j)
         first, second = geometry.at_ends(
-            0.5 * self._law.gas_constant * (densities - self._rest_densities)
+            0.5 * self.law.gas_constant * (densities - self._rest_densities)
         )
-        combine = np.add if self._sign > 0 else np.subtract
+        combine = np.add if self.law.internal else np.subtract
         combine(first, second, out=self._mean_pressures)  # (L_i ± L_j)/2
         return geometry, densities
 
@@ -167,8 +157,8 @@ class _BoundSPH(BoundForce):
         np.maximum(inside, 0.0, out=inside)
         np.multiply(inside, inside, out=geometry.weights)
         geometry.weights *= inside  # products: np.power is ten times slower
-        density = geometry.neighbour_sum(self._poly6 * self._masses)
-        density += self._masses * (self._poly6 * self._radius**6)
+        density = geometry.neighbour_sum(self._poly6 * self.masses)
+        density += self.masses * (self._poly6 * self._radius**6)
         return density
 
     def _push(self, geometry: PairGeometry) -> Floats:
@@ -183,7 +173,7 @@ class _BoundSPH(BoundForce):
     def _drag(self, geometry: PairGeometry, velocities: Floats) -> Floats:
         """Viscous force of each pair on its first point, N, shape (3, p)."""
         np.multiply(self._shares, geometry.gap, out=geometry.weights)
-        geometry.weights *= self._law.viscosity * self._spiky
+        geometry.weights *= self.law.viscosity * self._spiky
         differences = geometry.differences(velocities, geometry.velocities)
         differences *= geometry.weights
         return differences
@@ -191,25 +181,9 @@ class _BoundSPH(BoundForce):
     def _density_change(self, geometry: PairGeometry, kernel_change: Floats) -> Floats:
         """Σ_j m_j · (a kernel value for each pair)."""
         geometry.weights[:] = kernel_change
-        return geometry.neighbour_sum(self._masses)
+        return geometry.neighbour_sum(self.masses)
 
     def _kernel_slope(self, lengths: Floats) -> Floats:
         """|dW_poly6/dr|."""
         inside: Floats = np.maximum(self._radius**2 - lengths**2, 0.0)
         return 6 * self._poly6 * lengths * inside**2
-
-    def _force_change(self, configuration: Configuration, u: Floats) -> Floats:
-        """(∂F/∂x) u of the pressure force."""
-        geometry, densities = self._fluid(configuration)
-        vectors, lengths, gap = geometry.vectors, geometry.lengths, geometry.gap
-        push = self._push(geometry).copy()
-        du = geometry.differences(u, np.empty_like(vectors))
-        dr = np.einsum("cp,cp->p", vectors, du) / lengths
-        d_density = self._density_change(geometry, -self._kernel_slope(lengths) * dr)
-        # push = shares · mean · spiky · gap² / r, differentiated factor by factor
-        first, second = geometry.at_ends(0.5 * self._law.gas_constant * d_density)
-        d_push = self._spiky * self._shares * (first + self._sign * second) * gap**2 / lengths
-        first, second = geometry.at_ends(d_density / densities)
-        d_push -= push * (first + second + dr / lengths)
-        d_push -= 2 * self._spiky * self._shares * self._mean_pressures * gap * dr / lengths
-        return self._pushed(geometry, d_push * vectors + push * du)

@@ -1,6 +1,6 @@
-"""The integration schemes, one a file, and the table of them.
+"""The integrators, one a file, and the table of them.
 
-A new scheme is one file here and one line in `INTEGRATORS`.
+A new integrator is one file here and one line in `INTEGRATORS`.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from typing import Final
 
 from softbody_core.integrators.backward_euler import BackwardEuler
 from softbody_core.integrators.bdf2 import BDF2
-from softbody_core.integrators.integrator import Integrator, Stepper, Work
+from softbody_core.integrators.integrator import Counters, Integrator, Stepper
 from softbody_core.integrators.quasi_static import QuasiStatic
 from softbody_core.integrators.rk4 import RK4
 from softbody_core.integrators.sdirk2 import SDIRK2
@@ -32,10 +32,10 @@ __all__ = [
     "RK4",
     "SDIRK2",
     "BackwardEuler",
+    "Counters",
     "Integrator",
     "QuasiStatic",
     "Stepper",
     "SymplecticEuler",
     "VelocityVerlet",
-    "Work",
 ]

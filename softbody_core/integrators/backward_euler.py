@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from softbody_core.integrators.implicit import ImplicitParameters, ImplicitStepper
+from softbody_core.integrators.implicit import ImplicitIntegrator, ImplicitStepper
 from softbody_core.integrators.integrator import Stepper
 from softbody_core.integrators.quasi_newton import Stage
 from softbody_core.model import SoftBodyModel
@@ -13,7 +13,7 @@ from softbody_core.state import Inputs, State
 
 
 @dataclass(frozen=True)
-class BackwardEuler(ImplicitParameters):
+class BackwardEuler(ImplicitIntegrator):
     """First order with step size control (Hairer & Wanner 1996, IV.3).
 
     One implicit equation a step. It damps every oscillation that it does not resolve, and none of
@@ -23,7 +23,7 @@ class BackwardEuler(ImplicitParameters):
     order: ClassVar[int | None] = 1
 
     def bind(self, model: SoftBodyModel) -> Stepper:
-        """Prepare the scheme for one model."""
+        """Prepare the integrator for one model."""
         return _BackwardEuler(self, model)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from softbody_core.integrators.implicit import ImplicitParameters, ImplicitStepper
+from softbody_core.integrators.implicit import ImplicitIntegrator, ImplicitStepper
 from softbody_core.integrators.integrator import Stepper
 from softbody_core.integrators.quasi_newton import Stage
 from softbody_core.model import SoftBodyModel
@@ -16,18 +16,18 @@ _MILNE = 8 / 23
 
 
 @dataclass(frozen=True)
-class BDF2(ImplicitParameters):
+class BDF2(ImplicitIntegrator):
     """Second order with step size control (Hairer, Nørsett & Wanner 1993, III.5).
 
     One implicit equation a step, half of what `SDIRK2` needs. A step builds on the one before, so
-    the scheme starts again, with a step of backward Euler, whenever the inputs jump: it suits long
-    communication steps and inputs that stay.
+    the integrator starts again, with a step of backward Euler, whenever the inputs jump: it suits
+    long communication steps and inputs that stay.
     """
 
     order: ClassVar[int | None] = 2
 
     def bind(self, model: SoftBodyModel) -> Stepper:
-        """Prepare the scheme for one model."""
+        """Prepare the integrator for one model."""
         return _BDF2(self, model)
 
 
@@ -42,7 +42,7 @@ class _BDF2(ImplicitStepper):
         before, ratio = past.start, h / past.h
         carried = ratio**2 / (1 + 2 * ratio)
         z = h * (1 + ratio) / (1 + 2 * ratio)
-        linearization = self._solver.linearize(x + z * v, z, inputs)
+        linearization = self._solver.linearize(x + z * v, v, z, inputs)
         stage = self._solver.solve(
             x + carried * (x - before.positions),
             v + carried * (v - before.velocities),

@@ -10,7 +10,7 @@ import scipy.sparse as sp
 import scipy.sparse.linalg
 
 from softbody_core.ground.arrays import Floats
-from softbody_core.integrators.integrator import Work
+from softbody_core.integrators.integrator import Counters
 from softbody_core.model import SoftBodyModel
 
 _KEPT_FACTORIZATIONS = 8
@@ -19,34 +19,35 @@ _KEPT_FACTORIZATIONS = 8
 class ConstantOperator:
     """m M + k K̄ + c C̄ over the free points, for any coefficients m, k, c.
 
-    K̄ and C̄ are the weighted sums of what the forces give as `bounding_operators`: constant,
-    positive semi-definite, and alike for each component. So one factorization of an (n, n) matrix
-    serves a set of coefficients for good, whatever the body does.
+    K̄ and C̄ are the weighted sums of the laws' majorants: constant, positive semi-definite, and
+    alike for each component. So one factorization of an (n, n) matrix serves a set of coefficients
+    for good, whatever the body does.
 
     Parameters
     ----------
     model : SoftBodyModel
         Forces and masses.
-    work : Work
+    counters : Counters
         Where solutions are counted.
     """
 
-    def __init__(self, model: SoftBodyModel, work: Work) -> None:
-        self._work = work
+    def __init__(self, model: SoftBodyModel, counters: Counters) -> None:
+        self._counters = counters
         self._masses = model.masses
         self._free = model.inverse_masses > 0
         n = model.mesh.n_points
         self.stiffness, self.damping = sp.csr_array((n, n)), sp.csr_array((n, n))
-        for weight, term in model.terms:
-            operators = term.bounding_operators()
-            if operators is not None:
-                self.stiffness = self.stiffness + weight * operators[0]
-                self.damping = self.damping + weight * operators[1]
+        for weight, law in model.terms:
+            stiffness, damping = law.majorants()
+            if stiffness is not None:
+                self.stiffness = self.stiffness + weight * stiffness
+            if damping is not None:
+                self.damping = self.damping + weight * damping
         self._factors: OrderedDict[tuple[float, float, float], Any] = OrderedDict()
 
     def solve(self, coefficients: tuple[float, float, float], right_hand_side: Floats) -> Floats:
         """Solution for a right-hand side of shape (3, n) or (6, n), …; zero at held points."""
-        self._work.linear_solves += len(right_hand_side) // 3
+        self._counters.linear_solves += len(right_hand_side) // 3
         solution = np.zeros_like(right_hand_side)
         factor = self._factor(coefficients)
         solution[:, self._free] = factor.solve(right_hand_side[:, self._free].T).T

@@ -8,7 +8,11 @@ from typing import NamedTuple
 import numpy as np
 
 from softbody_core.ground.arrays import Floats
-from softbody_core.integrators.equilibrium import Balance, Shapes, Station
+from softbody_core.integrators.equilibrium_solver import (
+    Balance,
+    EquilibriumPoint,
+    EquilibriumSolver,
+)
 
 _SAME_RECOIL = 1e-3
 """Difference of the recoil, over its scale, that is overlooked."""
@@ -16,20 +20,20 @@ _SAME_SHAPE = 0.01
 """Distance of the points (root mean square), over the cube root of the volume, likewise."""
 
 
-class Trail(NamedTuple):
+class PathState(NamedTuple):
     """Where a path stands and what it remembers. Nothing in it changes later.
 
     Attributes
     ----------
-    below, above : Station
+    below, above : EquilibriumPoint
         The shapes on both sides of the body's volume.
     following : dict
         The shape that follows from another as the volume rises (1) or falls (−1).
     """
 
-    below: Station
-    above: Station
-    following: dict[tuple[Station, int], Station]
+    below: EquilibriumPoint
+    above: EquilibriumPoint
+    following: dict[tuple[EquilibriumPoint, int], EquilibriumPoint]
 
 
 class EquilibriumPath:
@@ -40,18 +44,18 @@ class EquilibriumPath:
 
     Parameters
     ----------
-    shapes : Shapes
+    solver : EquilibriumSolver
         Finds what follows.
     """
 
-    def __init__(self, shapes: Shapes) -> None:
-        self._shapes = shapes
-        self._below = self._rest = shapes.rest()
-        self._following: dict[tuple[Station, int], Station] = {}
+    def __init__(self, solver: EquilibriumSolver) -> None:
+        self._solver = solver
+        self._below = self._rest = solver.rest()
+        self._following: dict[tuple[EquilibriumPoint, int], EquilibriumPoint] = {}
         self._above = self._follow(self._below, 1)
 
     def balance(self, volume: float) -> Balance:
-        """Recoil, drag and gas volume that the path leads to at a volume, m³."""
+        """Recoil, drag and volumes that the path leads to at a volume, m³."""
         below, above = self._ahead(volume)
         share = self._share(below, volume)
         ends = zip(below.balance, above.balance, strict=True)
@@ -66,39 +70,39 @@ class EquilibriumPath:
         below, above = self._ahead(volume)
         share = self._share(below, volume)
         outward = above.positions - below.positions
-        return below.positions + share * outward, outward / (self._shapes.spacing * volume)
+        return below.positions + share * outward, outward / (self._solver.spacing * volume)
 
-    def trail(self) -> Trail:
+    def get_state(self) -> PathState:
         """Everything that decides what the path does next."""
-        return Trail(self._below, self._above, dict(self._following))
+        return PathState(self._below, self._above, dict(self._following))
 
-    def take(self, trail: Trail) -> None:
-        """Go back to an earlier trail."""
-        self._below, self._above = trail.below, trail.above
-        self._following = dict(trail.following)
+    def set_state(self, state: PathState) -> None:
+        """Go back to what `get_state` returned."""
+        self._below, self._above = state.below, state.above
+        self._following = dict(state.following)
 
-    def _share(self, below: Station, volume: float) -> float:
-        return math.log(volume / self._shapes.volume(below.index)) / self._shapes.spacing
+    def _share(self, below: EquilibriumPoint, volume: float) -> float:
+        return math.log(volume / self._solver.volume(below.index)) / self._solver.spacing
 
-    def _ahead(self, volume: float) -> tuple[Station, Station]:
+    def _ahead(self, volume: float) -> tuple[EquilibriumPoint, EquilibriumPoint]:
         """Shapes on both sides of a volume, as met on the way there from where the path stands."""
         below, above = self._below, self._above
-        while volume > self._shapes.volume(above.index):
+        while volume > self._solver.volume(above.index):
             below, above = above, self._follow(above, 1)
-        while volume < self._shapes.volume(below.index):
+        while volume < self._solver.volume(below.index):
             below, above = self._follow(below, -1), below
         return below, above
 
-    def _follow(self, station: Station, step: int) -> Station:
-        if (station, step) not in self._following:
-            found = self._shapes.next(station, step)
+    def _follow(self, point: EquilibriumPoint, step: int) -> EquilibriumPoint:
+        if (point, step) not in self._following:
+            new = self._solver.next(point, step)
             known = [self._rest, *self._following.values()]
-            alike = (one for one in known if one.index == found.index and self._alike(one, found))
-            self._following[station, step] = next(alike, found)
-        return self._following[station, step]
+            alike = (old for old in known if old.index == new.index and self._alike(old, new))
+            self._following[point, step] = next(alike, new)
+        return self._following[point, step]
 
-    def _alike(self, one: Station, other: Station) -> bool:
-        if abs(one.balance.recoil - other.balance.recoil) > _SAME_RECOIL * self._shapes.scale:
+    def _alike(self, old: EquilibriumPoint, new: EquilibriumPoint) -> bool:
+        if abs(old.balance.recoil - new.balance.recoil) > _SAME_RECOIL * self._solver.scale:
             return False
-        distance = math.sqrt(3 * np.mean((one.positions - other.positions) ** 2))
-        return distance <= _SAME_SHAPE * float(np.cbrt(self._shapes.volume(one.index)))
+        distance = math.sqrt(3 * np.mean((old.positions - new.positions) ** 2))
+        return distance <= _SAME_SHAPE * float(np.cbrt(self._solver.volume(old.index)))

@@ -1,4 +1,4 @@
-"""What explicit schemes share: equal substeps, as many as the stability limit asks for."""
+"""What explicit integrators share: equal substeps, as many as the stability limit asks for."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ import numpy as np
 from softbody_core.configuration import Configuration
 from softbody_core.errors import StepLimitError
 from softbody_core.ground.arrays import Floats
-from softbody_core.ground.parameters import Parameters, Quantity
-from softbody_core.integrators.integrator import Stepper, Work
+from softbody_core.ground.parameters import Quantity
+from softbody_core.integrators.integrator import Counters, Integrator, Stepper
 from softbody_core.model import SoftBodyModel
 from softbody_core.stability import check_finite, check_volume, largest_stable_step
 from softbody_core.state import Inputs, State
@@ -30,8 +30,8 @@ Moment = tuple[Floats, Floats, Configuration]
 
 
 @dataclass(frozen=True)
-class ExplicitParameters(Parameters):
-    """Parameters of every explicit scheme.
+class ExplicitIntegrator(Integrator):
+    """Parameters of every explicit integrator.
 
     Parameters
     ----------
@@ -72,8 +72,8 @@ class Estimate(NamedTuple):
 class ExplicitStepper(Stepper):
     """Divides a communication step into stable substeps."""
 
-    def __init__(self, parameters: ExplicitParameters, model: SoftBodyModel) -> None:
-        self.work = Work()
+    def __init__(self, parameters: ExplicitIntegrator, model: SoftBodyModel) -> None:
+        self.counters = Counters()
         self._parameters = parameters
         self._model = model
         self._estimate: Estimate | None = None
@@ -85,40 +85,41 @@ class ExplicitStepper(Stepper):
     def _acceleration(
         self, configuration: Configuration, velocities: Floats, inputs: Inputs
     ) -> Floats:
-        """Acceleration by all forces but the airway's, m/s²."""
-        self.work.force_evaluations += 1
+        """F_i/m_i of eq. 1, without what resists the flow, m/s²."""
+        self.counters.force_evaluations += 1
         return self._model.acceleration(configuration, velocities, inputs)
 
-    def _limit(self, configuration: Configuration, inputs: Inputs) -> float:
+    def _limit(self, configuration: Configuration, velocities: Floats, inputs: Inputs) -> float:
         """Largest stable substep, s."""
-        return largest_stable_step(self._model.rates(configuration, inputs))
+        return largest_stable_step(self._model.rates(configuration, velocities, inputs))
 
-    def memory(self) -> object:
+    def get_state(self) -> object:
         return self._estimate
 
-    def recall(self, memory: object) -> None:
-        self._estimate = cast("Estimate | None", memory)
+    def set_state(self, state: object) -> None:
+        self._estimate = cast("Estimate | None", state)
 
     def advance(self, state: State, inputs: Inputs, dt: float) -> State:
         end = state.time + dt
-        taken_before = self.work.steps
+        taken_before = self.counters.steps
         remaining = 1.0  # share of dt, so that rounding cannot add or lose a substep
         while remaining > 0:
             with np.errstate(all="ignore"):  # what overflows is found here, and named
                 estimate = self._estimate_at(state, inputs)
-                allowed = self._parameters.max_substeps - (self.work.steps - taken_before)
+                allowed = self._parameters.max_substeps - (self.counters.steps - taken_before)
                 needed = self._substeps_for(remaining * dt, estimate.limit, allowed)
                 count = min(needed, RECHECK - estimate.age)
                 h, time = remaining * dt / needed, state.time
-                for taken, (x, v, here) in enumerate(self._march(state, inputs, h), start=1):
-                    check_volume(time + taken * h, here)
-                    swollen = abs(here.volume / estimate.volume - 1) > SWOLLEN
+                march = self._march(state, inputs, h)
+                for taken, (x, v, configuration) in enumerate(march, start=1):
+                    check_volume(time + taken * h, configuration)
+                    swollen = abs(configuration.volume / estimate.volume - 1) > SWOLLEN
                     if taken == count or swollen:
                         state = State(time + taken * h, x, v)
                         break
                 check_finite(state)
             self._estimate = None if swollen else estimate._replace(age=estimate.age + taken)
-            self.work.steps += taken
+            self.counters.steps += taken
             remaining = 0.0 if taken == needed else remaining * (1 - taken / needed)
         return State(end, state.positions, state.velocities)
 
@@ -127,8 +128,9 @@ class ExplicitStepper(Stepper):
         last = self._estimate
         if last is not None and last.inputs == inputs and last.age < RECHECK:
             return last
-        here = Configuration(self._model.mesh, state.positions)
-        return Estimate(self._limit(here, inputs), inputs, here.volume)
+        configuration = Configuration(self._model.mesh, state.positions)
+        limit = self._limit(configuration, state.velocities, inputs)
+        return Estimate(limit, inputs, configuration.volume)
 
     def _substeps_for(self, span: float, limit: float, allowed: int) -> int:
         parameters = self._parameters
@@ -153,24 +155,33 @@ def kick(
     acceleration: Floats,
     h: float,
 ) -> Floats:
-    """Velocities after h under a constant acceleration and the airway's resistance.
+    """Velocities after h under a constant acceleration and what resists the flow.
 
-    Solves dv/dt = a − R_aw M⁻¹A (A·v), A = ∂V/∂x, exactly at fixed positions. The resistance has
-    rank one, so the flow A·v obeys one linear equation of rate λ = R_aw A·M⁻¹A; however large λh
-    is, the flow goes to the one at which resistance balances the other forces.
+    Solves dv/dt = a − R M⁻¹A (A·v), A = ∂V/∂x, exactly at fixed positions where R is a constant.
+    Resistance has rank one, so the flow A·v obeys one equation of rate λ = R A·M⁻¹A; however large
+    λh is, the flow goes to the one at which resistance balances the other forces. An R that depends
+    on the flow is that of the flow halfway.
     """
     changed = velocities + h * acceleration
-    if model.airway is None:
+    if not model.resistances:
         return changed
     gradient = configuration.volume_gradient
     direction = gradient * model.inverse_masses
     mobility = float(np.vdot(gradient, direction))
-    rate = model.resistance * mobility
-    if rate == 0:
+    if mobility == 0:
         return changed
     flow = float(np.vdot(gradient, velocities))
     drive = float(np.vdot(gradient, acceleration))
-    decayed = -math.expm1(-rate * h)
-    lost_flow = flow * decayed + drive * (h - decayed / rate)
-    changed -= (lost_flow / mobility) * direction
+    rate = model.resistance(flow) * mobility
+    halfway = flow + h / 2 * drive - _lost_flow(flow, drive, rate, h / 2)
+    rate = model.resistance(halfway) * mobility
+    changed -= (_lost_flow(flow, drive, rate, h) / mobility) * direction
     return changed
+
+
+def _lost_flow(flow: float, drive: float, rate: float, h: float) -> float:
+    """Flow that resistance takes within h from one that is driven: dQ/dt = drive − rate Q."""
+    if rate == 0:
+        return 0.0
+    decayed = -math.expm1(-rate * h)
+    return flow * decayed + drive * (h - decayed / rate)

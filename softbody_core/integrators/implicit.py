@@ -1,4 +1,4 @@
-"""What implicit schemes share: inner steps that halve and double under an error estimate."""
+"""What implicit integrators share: inner steps that halve and double under an error estimate."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ import numpy as np
 
 from softbody_core.errors import StepLimitError
 from softbody_core.ground.arrays import Floats
-from softbody_core.ground.parameters import Parameters, Quantity
-from softbody_core.integrators.integrator import Stepper, Work
+from softbody_core.ground.parameters import Quantity
+from softbody_core.integrators.integrator import Counters, Integrator, Stepper
 from softbody_core.integrators.quasi_newton import Linearization, QuasiNewton, Stage
 from softbody_core.model import SoftBodyModel
 from softbody_core.stability import check_finite, check_volume
@@ -23,8 +23,8 @@ _LONGEST_WAIT: Final = 64
 
 
 @dataclass(frozen=True)
-class ImplicitParameters(Parameters):
-    """Parameters of every implicit scheme.
+class ImplicitIntegrator(Integrator):
+    """Parameters of every implicit integrator.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ class ImplicitParameters(Parameters):
     max_steps: Annotated[int, Quantity("1", at_least=1)] = 10_000
 
 
-class Reached(NamedTuple):
+class AcceptedStep(NamedTuple):
     """A step that was taken: where it started and ended, its length, and its inputs."""
 
     start: State
@@ -67,25 +67,25 @@ class ImplicitStepper(Stepper):
     _doubling: float
     """Error over tolerance below which a step of twice the length should pass."""
 
-    def __init__(self, parameters: ImplicitParameters, model: SoftBodyModel) -> None:
-        self.work = Work()
+    def __init__(self, parameters: ImplicitIntegrator, model: SoftBodyModel) -> None:
+        self.counters = Counters()
         self._parameters = parameters
         self._model = model
-        self._solver = QuasiNewton(model, parameters.max_iterations, self.work)
+        self._solver = QuasiNewton(model, parameters.max_iterations, self.counters)
         self._radius = model.mesh.radius
         self._accuracy = parameters.solver_accuracy * parameters.tolerance * self._radius
         self._step = math.inf
-        self._last: Reached | None = None
+        self._last: AcceptedStep | None = None
 
     @abstractmethod
     def _try(self, state: State, inputs: Inputs, h: float) -> tuple[Stage, float] | None:
         """One step, with its error over the tolerance; None if an equation does not converge."""
 
-    def memory(self) -> object:
+    def get_state(self) -> object:
         return self._step, self._last
 
-    def recall(self, memory: object) -> None:
-        self._step, self._last = cast("tuple[float, Reached | None]", memory)
+    def set_state(self, state: object) -> None:
+        self._step, self._last = cast("tuple[float, AcceptedStep | None]", state)
 
     def advance(self, state: State, inputs: Inputs, dt: float) -> State:
         end, share, done = state.time + dt, self._first_share(dt), 0.0
@@ -112,11 +112,11 @@ class ImplicitStepper(Stepper):
         reached = State(state.time + h, stage.positions, stage.velocities)
         check_finite(reached)
         check_volume(reached.time, stage.configuration)
-        self.work.steps += 1
-        self._last = Reached(state, reached, h, inputs)
+        self.counters.steps += 1
+        self._last = AcceptedStep(state, reached, h, inputs)
         return reached
 
-    def _before(self, state: State, inputs: Inputs) -> Reached | None:
+    def _before(self, state: State, inputs: Inputs) -> AcceptedStep | None:
         """Step that led to a state, if the inputs have not jumped since."""
         last = self._last
         if last is None or last.inputs != inputs or last.end.positions is not state.positions:
@@ -126,7 +126,7 @@ class ImplicitStepper(Stepper):
     def _euler(self, state: State, inputs: Inputs, h: float) -> tuple[Stage, float] | None:
         """Take a step of backward Euler; the trapezoidal rule tells its error."""
         x, v = state.positions, state.velocities
-        linearization = self._solver.linearize(x + h * v, h, inputs)
+        linearization = self._solver.linearize(x + h * v, v, h, inputs)
         stage = self._solver.solve(x, v, v, linearization, inputs, self._accuracy)
         if not stage.converged:
             return None

@@ -1,7 +1,7 @@
-"""The equation that every implicit scheme solves, by a quasi-Newton iteration.
+"""The equation that every implicit integrator solves, by a quasi-Newton iteration.
 
-M (v − v*) = z F(x* + z v, v), with x*, v* and z given by the scheme. The iteration matrix is
-M + z² K̄ + z C̄ plus the rank-one parts of gas and airway. K̄ and C̄ are constant and positive
+M (v − v*) = z F(x* + z v, v), with x*, v* and z given by the integrator. The iteration matrix is
+M + z² K̄ + z C̄ plus the rank-one parts of the laws along ∂V/∂x. K̄ and C̄ are constant and positive
 semi-definite, act on each component alike, and are at least the springs' stiffness and damping in
 every configuration (Baraff & Witkin 1998 make the exact matrix definite instead, and have to
 factor it anew each step). So one factorization of an (n, n) matrix serves a step size for good, and
@@ -17,11 +17,11 @@ from typing import NamedTuple
 import numpy as np
 
 from softbody_core.configuration import Configuration
-from softbody_core.forces.force import RankOne
+from softbody_core.forces.volume_law import RankOne
 from softbody_core.ground.arrays import Floats
 from softbody_core.integrators.anderson import Anderson
 from softbody_core.integrators.constant_operator import ConstantOperator
-from softbody_core.integrators.integrator import Work
+from softbody_core.integrators.integrator import Counters
 from softbody_core.model import SoftBodyModel
 from softbody_core.state import Inputs
 
@@ -86,15 +86,15 @@ class QuasiNewton:
         Forces and masses.
     max_iterations : int
         Iterations after which a stage counts as not converged.
-    work : Work
+    counters : Counters
         Where evaluations and solutions are counted.
     """
 
-    def __init__(self, model: SoftBodyModel, max_iterations: int, work: Work) -> None:
-        self._work = work
+    def __init__(self, model: SoftBodyModel, max_iterations: int, counters: Counters) -> None:
+        self._counters = counters
         self._model = model
         self._max_iterations = max_iterations
-        self._operator = ConstantOperator(model, work)
+        self._operator = ConstantOperator(model, counters)
         self._configuration = Configuration(model.mesh, np.ascontiguousarray(model.mesh.points.T))
 
     def solve(
@@ -121,13 +121,13 @@ class QuasiNewton:
         tolerance : float
             Root-mean-square change of the positions in the last iteration, m.
         """
-        model, z, here = self._model, linearization.z, self._configuration
+        model, z, configuration = self._model, linearization.z, self._configuration
         velocities, last_change, converged = guess, np.inf, False
         accelerate = Anderson(_MEMORY)
         for _ in range(self._max_iterations):
-            here.move_to(base_positions + z * velocities)
-            self._work.force_evaluations += 1
-            residual = z * model.total_force(here, velocities, inputs)
+            configuration.move_to(base_positions + z * velocities)
+            self._counters.force_evaluations += 1
+            residual = z * model.total_force(configuration, velocities, inputs)
             residual -= model.masses * (velocities - base_velocities)
             correction = linearization.solve(residual)
             velocities = accelerate.next(velocities, correction)
@@ -138,21 +138,22 @@ class QuasiNewton:
             if converged:
                 break
             last_change = change
-        here.move_to(base_positions + z * velocities)
-        return Stage(here.positions, velocities, here, converged)
+        configuration.move_to(base_positions + z * velocities)
+        return Stage(configuration.positions, velocities, configuration, converged)
 
-    def linearize(self, positions: Floats, z: float, inputs: Inputs) -> Linearization:
-        """Iteration matrix at positions, m, shape (3, n), for an equation's z, s."""
-        here = self._configuration
-        here.move_to(positions)
+    def linearize(
+        self, positions: Floats, velocities: Floats, z: float, inputs: Inputs
+    ) -> Linearization:
+        """Iteration matrix at positions, m, and velocities, m/s, for an equation's z, s."""
+        configuration = self._configuration
+        configuration.move_to(positions)
         parts = [
             part._replace(coefficient=z * z * weight * part.coefficient)
-            for weight, term in self._model.terms
-            for part in term.rank_one_stiffness(here, inputs)
+            for weight, law in self._model.pressures
+            for part in law.rank_one_stiffness(configuration, inputs)
+            if part.coefficient > 0  # one that softens would leave the matrix indefinite
         ]
-        if self._model.airway is not None:
-            parts += [
-                part._replace(coefficient=z * part.coefficient)
-                for part in self._model.airway.rank_one_damping(here)
-            ]
+        for weight, law in self._model.resistances:
+            part = law.rank_one_damping(configuration, velocities)
+            parts.append(part._replace(coefficient=z * weight * part.coefficient))
         return Linearization(z, lambda b: self._operator.solve((1.0, z * z, z), b), parts)

@@ -11,16 +11,16 @@ from scipy.optimize import brentq
 
 from softbody_core.configuration import Configuration
 from softbody_core.errors import DivergenceError
-from softbody_core.ground.parameters import Parameters, Quantity
-from softbody_core.integrators.equilibrium import Balance, Shapes
-from softbody_core.integrators.equilibrium_path import EquilibriumPath, Trail
-from softbody_core.integrators.integrator import Stepper, Work
+from softbody_core.ground.parameters import Quantity
+from softbody_core.integrators.equilibrium_path import EquilibriumPath, PathState
+from softbody_core.integrators.equilibrium_solver import Balance, EquilibriumSolver
+from softbody_core.integrators.integrator import Counters, Integrator, Stepper
 from softbody_core.model import SoftBodyModel
 from softbody_core.stability import CALMER, LARGEST_VOLUME_RATIO, check_finite, diverged_volume
 from softbody_core.state import Inputs, State
 
 _RESOLVED = 0.05
-"""Largest substep of the volume's equation times its rate; slopes jump from station to station."""
+"""Largest substep of the volume's equation times its rate; slopes jump from point to point."""
 _EXACT = 1e-12
 """Relative accuracy of a volume at equilibrium."""
 _MOST_SUBSTEPS = 500
@@ -32,15 +32,16 @@ _LOOK_AHEAD = 0.05
 
 
 @dataclass(frozen=True)
-class QuasiStatic(Parameters):
+class QuasiStatic(Integrator):
     """Equilibrium at each communication point; the inertia of the body is neglected.
 
     The shape is the one in which internal forces balance the pressure, at the volume that the body
     has. The volume follows from the flow that resistance lets through,
 
-    (R_aw + R_tissue) dV/dt = γ(κN/B + ΔP) − p_el(V),
+    (R + R_tissue) dV/dt = p − p_el(V),
 
-    or, where nothing resists, from γ(κN/B + ΔP) = p_el(V). Shapes and recoil p_el(V) are worked out
+    or, where nothing resists, from p = p_el(V). The pressure p is that of all laws along ∂V/∂x,
+    such as γ(κN/B + ΔP), and R is what resists the flow. Shapes and recoil p_el(V) are worked out
     as the volume first gets there, and again where it turns back (`EquilibriumPath`). Whatever the
     body's shape and velocity were before, it is in equilibrium after the first step.
 
@@ -52,7 +53,7 @@ class QuasiStatic(Parameters):
     spacing : float
         Logarithm of the ratio of neighbouring volumes at which a shape is worked out.
     tolerance : float
-        Accuracy of the recoil, over that of a doubled volume (see `Shapes`).
+        Accuracy of the recoil, over that of a doubled volume (see `EquilibriumSolver`).
     max_iterations : int
         Iterations for one shape.
     """
@@ -64,26 +65,30 @@ class QuasiStatic(Parameters):
     max_iterations: Annotated[int, Quantity("1", at_least=1)] = 12
 
     def bind(self, model: SoftBodyModel) -> Stepper:
-        """Prepare the scheme for one model."""
+        """Prepare the integrator for one model."""
         return _QuasiStatic(self, model)
 
 
 class _QuasiStatic(Stepper):
     def __init__(self, parameters: QuasiStatic, model: SoftBodyModel) -> None:
-        self.work = Work()
+        self.counters = Counters()
         self._model = model
-        shapes = Shapes(
-            model, parameters.spacing, parameters.tolerance, parameters.max_iterations, self.work
+        solver = EquilibriumSolver(
+            model,
+            parameters.spacing,
+            parameters.tolerance,
+            parameters.max_iterations,
+            self.counters,
         )
-        self._path = EquilibriumPath(shapes)
+        self._path = EquilibriumPath(solver)
         self._reached: tuple[State, float] | None = None
 
-    def memory(self) -> object:
-        return self._path.trail(), self._reached
+    def get_state(self) -> object:
+        return self._path.get_state(), self._reached
 
-    def recall(self, memory: object) -> None:
-        trail, self._reached = cast("tuple[Trail, tuple[State, float] | None]", memory)
-        self._path.take(trail)
+    def set_state(self, state: object) -> None:
+        path, self._reached = cast("tuple[PathState, tuple[State, float] | None]", state)
+        self._path.set_state(path)
 
     def advance(self, state: State, inputs: Inputs, dt: float) -> State:
         with np.errstate(all="ignore"):  # what overflows is found, and named
@@ -91,7 +96,7 @@ class _QuasiStatic(Stepper):
             slow = _SlowVolume(self._model, self._path, inputs, state.time)
             end, flow = slow.advance(start, dt)
             positions, slope = self._path.shape(end)
-        self.work.steps += 1
+        self.counters.steps += 1
         reached = State(state.time + dt, positions, flow * slope)
         check_finite(reached)
         self._reached = reached, end
@@ -132,34 +137,35 @@ class _SlowVolume:
         return volume, self._flow(volume)
 
     def _flow_and_rate(self, volume: float) -> tuple[float, float]:
-        """dV/dt, m³/s, and its rate, 1/s, at the resistance here; −∞ where nothing resists."""
-        drive, resistance = self._drive_and_resistance(volume)
-        if resistance <= 0:
+        """dV/dt, m³/s, and its rate, 1/s, at this resistance; −∞ where nothing resists."""
+        drive, drag = self._drive_and_drag(volume)
+        if self.model.resistance(math.copysign(volume, drive)) + drag <= 0:
             return 0.0, -math.inf
-        ahead = self._drive(volume * (1 + _NUDGE))
-        return drive / resistance, (ahead - drive) / (volume * _NUDGE * resistance)
+        flow = self.model.driven_flow(drive, drag)
+        resistance = self.model.differential_resistance(flow) + drag
+        ahead, _ = self._drive_and_drag(volume * (1 + _NUDGE))
+        return flow, (ahead - drive) / (volume * _NUDGE * resistance)
 
     def _flow(self, volume: float) -> float:
-        drive, resistance = self._drive_and_resistance(volume)
-        return drive / resistance
+        return self.model.driven_flow(*self._drive_and_drag(volume))
 
-    def _drive(self, volume: float) -> float:
-        return self._drive_and_resistance(volume)[0]
-
-    def _drive_and_resistance(self, volume: float) -> tuple[float, float]:
-        """Pressure that is left when the recoil is balanced, Pa, and what resists it, Pa·s/m³."""
+    def _drive_and_drag(self, volume: float) -> tuple[float, float]:
+        """Pressure that is left when the recoil is balanced, Pa, and the drag, Pa·s/m³."""
         balance = self._balance(volume)
-        drive = self.model.load(balance.gas_volume, self.inputs) - balance.recoil
-        return drive, self.model.resistance + balance.drag
+        return self.model.load(balance, self.inputs) - balance.recoil, balance.drag
 
     def _equilibrium(self, volume: float) -> float:
         """Nearest volume at which nothing flows, in the direction of the drive."""
-        drive = self._drive(volume)
+
+        def drive_at(volume: float) -> float:
+            return self._drive_and_drag(volume)[0]
+
+        drive = drive_at(volume)
         step, ahead = math.exp(math.copysign(_LOOK_AHEAD, drive)), volume
-        while self._drive(ahead) * drive > 0:
+        while drive_at(ahead) * drive > 0:
             volume, ahead = ahead, ahead * step
         return (
-            float(brentq(self._drive, volume, ahead, xtol=_EXACT * volume))
+            float(brentq(drive_at, volume, ahead, xtol=_EXACT * volume))
             if ahead != volume
             else volume
         )

@@ -8,7 +8,7 @@ from typing import ClassVar, Final
 
 import numpy as np
 
-from softbody_core.integrators.implicit import ImplicitParameters, ImplicitStepper
+from softbody_core.integrators.implicit import ImplicitIntegrator, ImplicitStepper
 from softbody_core.integrators.integrator import Stepper
 from softbody_core.integrators.quasi_newton import Stage
 from softbody_core.model import SoftBodyModel
@@ -28,7 +28,7 @@ _BEND: Final = 12
 
 
 @dataclass(frozen=True)
-class SDIRK2(ImplicitParameters):
+class SDIRK2(ImplicitIntegrator):
     """Second order with step size control (Alexander 1977; Hairer & Wanner 1996, IV.6).
 
     A step is two implicit equations, with gas pressure and airway resistance implicit. It starts
@@ -38,7 +38,7 @@ class SDIRK2(ImplicitParameters):
     order: ClassVar[int | None] = 2
 
     def bind(self, model: SoftBodyModel) -> Stepper:
-        """Prepare the scheme for one model."""
+        """Prepare the integrator for one model."""
         return _SDIRK2(self, model)
 
 
@@ -47,7 +47,7 @@ class _SDIRK2(ImplicitStepper):
 
     def _try(self, state: State, inputs: Inputs, h: float) -> tuple[Stage, float] | None:
         x, v, z = state.positions, state.velocities, GAMMA * h
-        linearization = self._solver.linearize(x + z * v, z, inputs)
+        linearization = self._solver.linearize(x + z * v, v, z, inputs)
         first = self._solver.solve(x, v, v, linearization, inputs, self._accuracy)
         if not first.converged:
             return None

@@ -8,7 +8,8 @@ from typing import ClassVar
 
 from softbody_core.configuration import Configuration
 from softbody_core.forces import Rates
-from softbody_core.integrators.explicit import ExplicitParameters, ExplicitStepper, Moment, kick
+from softbody_core.ground.arrays import Floats
+from softbody_core.integrators.explicit import ExplicitIntegrator, ExplicitStepper, Moment, kick
 from softbody_core.integrators.integrator import Stepper
 from softbody_core.model import SoftBodyModel
 from softbody_core.stability import largest_stable_step
@@ -16,7 +17,7 @@ from softbody_core.state import Inputs, State
 
 
 @dataclass(frozen=True)
-class VelocityVerlet(ExplicitParameters):
+class VelocityVerlet(ExplicitIntegrator):
     """Second order, one force evaluation a substep (Hairer, Lubich & Wanner 2006, section I.1).
 
     Damping depends on the velocity at the end of the substep, which is predicted with the force at
@@ -24,27 +25,28 @@ class VelocityVerlet(ExplicitParameters):
     """
 
     order: ClassVar[int | None] = 2
+    stability_limit: ClassVar[float] = 2.0
 
     def bind(self, model: SoftBodyModel) -> Stepper:
-        """Prepare the scheme for one model."""
+        """Prepare the integrator for one model."""
         return _VelocityVerlet(self, model)
 
 
 class _VelocityVerlet(ExplicitStepper):
-    def _limit(self, configuration: Configuration, inputs: Inputs) -> float:
-        # The predicted velocity makes the scheme stable while h²ω² + 4hc ≤ 4.
-        stiffness, damping = self._model.rates(configuration, inputs)
+    def _limit(self, configuration: Configuration, velocities: Floats, inputs: Inputs) -> float:
+        # The predicted velocity makes it stable while h²ω² + 4hc ≤ 4.
+        stiffness, damping = self._model.rates(configuration, velocities, inputs)
         return largest_stable_step(Rates(stiffness, 2 * damping))
 
     def _march(self, state: State, inputs: Inputs, h: float) -> Iterator[Moment]:
         model, x, v = self._model, state.positions, state.velocities
-        here = Configuration(model.mesh, x)
-        acceleration = self._acceleration(here, v, inputs)
+        configuration = Configuration(model.mesh, x)
+        acceleration = self._acceleration(configuration, v, inputs)
         while True:
-            v = kick(model, here, v, acceleration, h / 2)
+            v = kick(model, configuration, v, acceleration, h / 2)
             x = x + h * v
-            predicted = kick(model, here, v, acceleration, h / 2)
-            here.move_to(x)
-            acceleration = self._acceleration(here, predicted, inputs)
-            v = kick(model, here, v, acceleration, h / 2)
-            yield x, v, here
+            predicted = kick(model, configuration, v, acceleration, h / 2)
+            configuration.move_to(x)
+            acceleration = self._acceleration(configuration, predicted, inputs)
+            v = kick(model, configuration, v, acceleration, h / 2)
+            yield x, v, configuration

@@ -23,7 +23,7 @@ from softbody_core import (
     revolved,
 )
 
-INERTIAL = [name for name, scheme in INTEGRATORS.items() if scheme.order is not None]
+INERTIAL = [name for name, kind in INTEGRATORS.items() if getattr(kind, "order", None)]
 GAS = 3e4
 """n that gives the ball of `soft_ball` some 250 Pa."""
 

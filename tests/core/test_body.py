@@ -22,7 +22,7 @@ from softbody_core import (
     SurfaceSPH,
     VelocityVerlet,
     Weights,
-    ball,
+    fibonacci_sphere,
 )
 from softbody_core.configuration import Configuration
 
@@ -38,7 +38,7 @@ LAWS = [
 
 
 def lung_like(scheme, n_points=60, **options):
-    mesh = ball(n_points, 0.08)
+    mesh = fibonacci_sphere(n_points, 0.08)
     model = SoftBodyModel(mesh, 0.5, LAWS, Weights(delta=0.1), [PinnedTop(0.02)])
     return SoftBody(model, scheme(**options))
 
@@ -57,7 +57,7 @@ def test_restoring_repeats_to_the_bit(scheme, before, after):
         body.step(0.02, delta_p, n)
     saved = body.save()
     first = [body.step(0.02, delta_p, n) for delta_p, n in after]
-    positions, velocities, steps = body.positions, body.velocities, body.work
+    positions, velocities, steps = body.positions, body.velocities, body.counters
     body.restore(saved)
     again = [body.step(0.02, delta_p, n) for delta_p, n in after]
     twin = lung_like(scheme)
@@ -69,7 +69,7 @@ def test_restoring_repeats_to_the_bit(scheme, before, after):
     np.testing.assert_array_equal(body.positions, positions)
     np.testing.assert_array_equal(body.velocities, velocities)
     np.testing.assert_array_equal(twin.positions, positions)
-    assert body.work == twin.work == steps
+    assert body.counters == twin.counters == steps
 
 
 @each_scheme
@@ -110,7 +110,7 @@ def test_pins_do_not_move(scheme):
 
 @each_scheme
 def test_a_body_at_rest_stays_at_rest(scheme):
-    model = SoftBodyModel(ball(60, 0.08), 0.5, [LAWS[0], LAWS[1], LAWS[2], LAWS[4]])
+    model = SoftBodyModel(fibonacci_sphere(60, 0.08), 0.5, [LAWS[0], LAWS[1], LAWS[2], LAWS[4]])
     body = SoftBody(model, scheme())
     rest = body.observe().volume
     # Lengths and densities are those at rest but for roundings, and so is the volume: 1e-12 is
@@ -127,7 +127,7 @@ def test_what_blows_up_is_named_and_the_body_stays_where_it_was(scheme):
         body.step(5.0, delta_p=1e9)
     assert "try" in str(caught.value).lower()
     np.testing.assert_array_equal(body.state.positions, saved.state.positions)
-    assert (body.time, body.work.steps) == (saved.state.time, saved.work.steps)
+    assert (body.time, body.counters.steps) == (saved.state.time, saved.counters.steps)
     # and it can go on
     assert np.isfinite(body.step(0.02, delta_p=200.0).volume)
 
@@ -135,7 +135,7 @@ def test_what_blows_up_is_named_and_the_body_stays_where_it_was(scheme):
 @pytest.mark.parametrize("name", ["symplectic-euler", "velocity-verlet", "rk4"])
 def test_beyond_the_stability_limit_comes_a_named_error(name):
     """Inside the estimated limit a kicked body stays bounded; well beyond, it is named."""
-    mesh = ball(60, 0.08)
+    mesh = fibonacci_sphere(60, 0.08)
 
     def run(safety):
         model = SoftBodyModel(mesh, 0.5, [MassSpring(200.0)])
@@ -155,14 +155,18 @@ def test_beyond_the_stability_limit_comes_a_named_error(name):
 
 
 def test_a_runaway_volume_is_an_error():
-    body = SoftBody(SoftBodyModel(ball(60, 0.01), 0.5, [MassSpring(0.01), InternalPressure(0.0)]))
+    body = SoftBody(
+        SoftBodyModel(fibonacci_sphere(60, 0.01), 0.5, [MassSpring(0.01), InternalPressure(0.0)])
+    )
     with pytest.raises(DivergenceError, match="volume over rest volume became"):
         body.step(100.0, delta_p=1e3)
 
 
 def test_a_collapse_is_an_error():
     body = SoftBody(
-        SoftBodyModel(ball(60, 0.08), 0.5, [MassSpring(1.0, 0.1), InternalPressure(1e-3)])
+        SoftBodyModel(
+            fibonacci_sphere(60, 0.08), 0.5, [MassSpring(1.0, 0.1), InternalPressure(1e-3)]
+        )
     )
     with pytest.raises(DivergenceError, match="collapsed"):
         body.step(4.0, delta_p=-3e3)

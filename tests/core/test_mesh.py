@@ -6,23 +6,23 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from softbody_core import MeshError, ParameterError, SurfaceMesh, ball
+from softbody_core import MeshError, ParameterError, SurfaceMesh, fibonacci_sphere
 
 
 def test_ball_has_the_counts_of_the_paper():
-    mesh = ball(1986)
+    mesh = fibonacci_sphere(1986)
     assert (mesh.n_points, len(mesh.triangles), len(mesh.edges)) == (1986, 3968, 5952)
 
 
 def test_ball_needs_four_points():
     with pytest.raises(ParameterError, match="at least 4"):
-        ball(3)
+        fibonacci_sphere(3)
 
 
 @settings(max_examples=20, deadline=None)
 @given(n=st.integers(4, 200), scale=st.floats(1e-6, 1e3))
 def test_sizes_agree_with_trimesh(n, scale):
-    mesh = ball(n, scale)
+    mesh = fibonacci_sphere(n, scale)
     other = trimesh.Trimesh(mesh.points, mesh.triangles, process=False)
     assert mesh.volume == pytest.approx(other.volume, rel=1e-10)
     assert mesh.area == pytest.approx(other.area, rel=1e-10)
@@ -58,7 +58,7 @@ def test_points_cannot_be_changed(potato):
 
 
 def _sphere():
-    mesh = ball(30)
+    mesh = fibonacci_sphere(30)
     return mesh.points.copy(), mesh.triangles.copy()
 
 
@@ -185,7 +185,7 @@ def test_wrong_arrays_are_refused(points, triangles, message):
 
 
 def test_welding_joins_a_triangle_soup():
-    mesh = ball(50)
+    mesh = fibonacci_sphere(50)
     soup = mesh.points[mesh.triangles].reshape(-1, 3)
     corners = np.arange(len(soup)).reshape(-1, 3)
     with pytest.raises(MeshError, match="weld=True"):

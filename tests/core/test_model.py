@@ -14,6 +14,7 @@ from softbody_core import (
     Weights,
 )
 from softbody_core.configuration import Configuration
+from softbody_core.forces import ResistanceLaw
 from softbody_core.state import Inputs
 from softbody_core.weights import Control
 from tests.core.forces import EXAMPLES, INPUTS, deformed, force_at
@@ -51,18 +52,19 @@ def test_a_force_of_weight_zero_is_not_built(potato, built):
 def test_no_airway_is_built_for_zero_resistance(potato, built):
     model = SoftBodyModel(potato, 1.0, [MassSpring(1.0), AirwayResistance(0.0)])
     assert built == ["MassSpring"]
-    assert model.airway is None
+    assert model.resistances == []
 
 
 def test_the_composite_force_is_the_weighted_sum(potato):
     x = deformed(potato, np.random.default_rng(0))
     v = np.random.default_rng(1).normal(size=x.shape)
-    laws = [laws[0] for name, laws in EXAMPLES.items() if name != "airway_resistance"]
+    laws = [laws[0] for laws in EXAMPLES.values() if not isinstance(laws[0], ResistanceLaw)]
     weights = {
         Control.STRUCTURE: 0.5,
         Control.ANAMORPHOSIS: 2.0,
         Control.VOLUME: 3.0,
         Control.GRAVITY: 0.1,
+        None: 1.0,
     }
     model = SoftBodyModel(potato, 0.7, laws, Weights(0.5, 2.0, 3.0, 0.1))
     expected = sum(

@@ -16,7 +16,7 @@ from softbody_core import (
     PinnedTop,
     SurfaceSPH,
     Weights,
-    ball,
+    fibonacci_sphere,
 )
 from softbody_core.forces import FORCES
 from softbody_core.ground.parameters import Quantity, quantities_of
@@ -75,7 +75,7 @@ def test_every_number_of_a_force_has_a_unit(law):
 
 
 def test_pins_hold_points_that_exist():
-    mesh = ball(200)
+    mesh = fibonacci_sphere(200)
     held = PinnedTop(0.015).held(mesh)
     assert held.sum() == 3
     assert mesh.points[held, 2].min() >= mesh.points[~held, 2].max()

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from softbody_core import CrowdedError, SurfaceSPH, ball
+from softbody_core import CrowdedError, SurfaceSPH, fibonacci_sphere
 from softbody_core.configuration import Configuration
 from softbody_core.neighbours import SKIN, NeighbourList
 from softbody_core.state import Inputs
@@ -93,7 +93,7 @@ def test_points_at_one_place_give_a_finite_force(potato):
 @given(seed=st.integers(0, 2**32 - 1))
 def test_an_old_list_gives_the_same_bits_as_a_new_one(seed):
     """Otherwise a restored body would not repeat itself exactly."""
-    mesh = ball(100, 0.1)
+    mesh = fibonacci_sphere(100, 0.1)
     generator = np.random.default_rng(seed)
     old, masses = bound(SurfaceSPH(30.0, 0.5), mesh)
     new = SurfaceSPH(30.0, 0.5).bind(mesh, masses)
@@ -127,7 +127,7 @@ def test_the_list_follows_points_that_move_far():
 @given(seed=st.integers(0, 2**32 - 1), stretch=st.floats(0.7, 2.0), noise=st.floats(0, 0.2))
 def test_the_list_never_misses_a_neighbour(seed, stretch, noise):
     """Breathing, turning and shaking bodies, against all distances."""
-    mesh = ball(60, 0.1)
+    mesh = fibonacci_sphere(60, 0.1)
     generator = np.random.default_rng(seed)
     rest = np.ascontiguousarray(mesh.points.T)
     h = 2 * mesh.edge_lengths.mean()
@@ -143,7 +143,7 @@ def test_the_list_never_misses_a_neighbour(seed, stretch, noise):
 
 
 def test_a_body_that_only_swells_and_turns_keeps_its_list():
-    mesh = ball(60, 0.1)
+    mesh = fibonacci_sphere(60, 0.1)
     rest = np.ascontiguousarray(mesh.points.T)
     neighbours = NeighbourList(2 * mesh.edge_lengths.mean())
     first = neighbours.pairs(rest)
@@ -153,7 +153,7 @@ def test_a_body_that_only_swells_and_turns_keeps_its_list():
 
 
 def test_a_heap_of_points_is_refused_before_it_fills_the_memory():
-    mesh = ball(400, 0.1)
+    mesh = fibonacci_sphere(400, 0.1)
     rest = np.ascontiguousarray(mesh.points.T)
     neighbours = NeighbourList(0.7 * mesh.edge_lengths.mean())
     neighbours.pairs(rest)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.special import ellipeinc, ellipkinc
 
-from softbody_core import SurfaceMesh, ball
+from softbody_core import SurfaceMesh, fibonacci_sphere
 
 
 def ellipsoid_area(a: float, b: float, c: float) -> float:
@@ -29,7 +29,7 @@ def test_volume_and_area_converge_at_second_order(shape):
     volume = 4 / 3 * np.pi * np.prod(axes)
     sizes, volume_errors, area_errors = [], [], []
     for n in (250, 500, 1000, 2000, 4000):
-        sphere = ball(n)
+        sphere = fibonacci_sphere(n)
         mesh = SurfaceMesh.from_arrays(sphere.points * axes, sphere.triangles)
         sizes.append(n**-0.5)
         volume_errors.append(abs(mesh.volume / volume - 1))

@@ -19,12 +19,13 @@ from softbody_core import (
     ParameterError,
     SoftBody,
     SoftBodyModel,
-    ball,
+    fibonacci_sphere,
     icosphere,
 )
 from softbody_core.configuration import Configuration
 from softbody_core.state import Inputs
-from tests.core.forces import bound, dense, force_at
+from tests.core import tangents
+from tests.core.forces import bound, force_at
 from tests.verification.sheets import slab
 
 seeds = st.integers(0, 2**32 - 1)
@@ -45,8 +46,8 @@ def inflated(law, mesh, pressure, stretch):
             return np.cbrt(here.volume / mesh.volume)
         # the stiffness along rigid motions is zero; a little mass keeps the body where it is
         stiffness = 1e-6 * LAW.stiffness * sp.eye_array(x.size)
-        for _, term in model.terms:
-            stiffness = stiffness + term.stiffness(here, inputs).sparse
+        for _, bound_law in model.terms:
+            stiffness = stiffness + tangents.stiffness(bound_law, here, inputs)
         x = x + spsolve(sp.csc_matrix(stiffness), force.ravel()).reshape(x.shape)
     raise AssertionError("Newton's method has not converged: the stiffness is not exact")
 
@@ -70,8 +71,11 @@ def inflation_error(law, closed_form, mesh, stretch):
     return pressure * mesh.radius / closed_form(inflated(law, mesh, pressure, stretch)) - 1
 
 
-SIZES = {"icosphere": (icosphere(2), icosphere(3)), "Fibonacci": (ball(162), ball(642))}
-FINE = {"icosphere": icosphere(4), "Fibonacci": ball(2562)}
+SIZES = {
+    "icosphere": (icosphere(2), icosphere(3)),
+    "Fibonacci": (fibonacci_sphere(162), fibonacci_sphere(642)),
+}
+FINE = {"icosphere": icosphere(4), "Fibonacci": fibonacci_sphere(2562)}
 
 
 @pytest.mark.parametrize("stretch", [1.1, 1.3])
@@ -187,10 +191,9 @@ def test_the_dampers_are_those_of_the_springs(potato):
 def test_twice_the_constant_operator_is_at_least_the_stiffness(potato, poisson, stretch):
     """So that the implicit schemes' iteration converges, to three times the area."""
     law, _ = bound(Membrane(100.0, poisson), potato)
-    stiffness, _ = law.bounding_operators()
-    operator = np.kron(np.eye(3), stiffness.toarray())
+    operator = np.kron(np.eye(3), law.majorants().stiffness.toarray())
     here = Configuration(potato, stretch * potato.points.T)
-    exact = dense(law.stiffness(here, Inputs()), here.positions.shape)
+    exact = tangents.stiffness(law, here, Inputs()).toarray()
     rounding = 1e-10 * np.linalg.norm(operator, 2)
     assert np.linalg.eigvalsh(operator)[0] > -rounding
     assert np.linalg.eigvalsh(2 * operator - exact)[0] > -rounding
@@ -206,8 +209,7 @@ def test_no_shape_is_too_bad(potato, squeeze):
     here = Configuration(potato, x)
     with np.errstate(all="raise", under="ignore"):
         assert np.isfinite(law.force(here, np.ones_like(x), Inputs())).all()
-        assert np.isfinite(law.rates(here, Inputs())).all()
-        assert np.isfinite(law.stiffness(here, Inputs()).sparse.data).all()
+        assert np.isfinite(law.rates(here, np.ones_like(x), Inputs())).all()
         assert law.energy(here, Inputs()) > 0
 
 

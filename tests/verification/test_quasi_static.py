@@ -173,11 +173,11 @@ def test_a_second_breath_costs_no_force_evaluation(resistance):
     body = sphere(QuasiStatic(), resistance=resistance)
     breath = [400.0, 900.0, 1500.0, 900.0, 400.0, *[0.0] * 10]
     first = breathe(body, breath, dt=0.5)
-    cost = body.work
+    cost = body.counters
     assert cost.force_evaluations > 20
     second = breathe(body, breath, dt=0.5)
-    assert body.work.force_evaluations == cost.force_evaluations
-    assert body.work.linear_solves == cost.linear_solves
+    assert body.counters.force_evaluations == cost.force_evaluations
+    assert body.counters.linear_solves == cost.linear_solves
     # it starts where the first ended: at the tolerance of the recoil, 1e-5, from rest
     np.testing.assert_allclose(second, first, rtol=1e-4)
 
@@ -208,11 +208,11 @@ def test_a_runaway_is_named_and_leaves_no_trace(resistance):
     with pytest.raises(DivergenceError, match=r"volume over rest volume became 1[0-9]{3}"):
         body.step(1000.0, 6000.0)
     assert body.state is before.state
-    assert body.work == before.work
+    assert body.counters == before.counters
     assert body.step(0.1, 300.0).volume == twin.step(0.1, 300.0).volume
     np.testing.assert_array_equal(body.positions, twin.positions)
     np.testing.assert_array_equal(body.velocities, twin.velocities)
-    assert body.work == twin.work
+    assert body.counters == twin.counters
 
 
 def test_restoring_in_the_middle_of_a_breath_repeats_to_the_bit():
@@ -221,13 +221,13 @@ def test_restoring_in_the_middle_of_a_breath_repeats_to_the_bit():
     breathe(body, [900.0, 1500.0, 300.0])
     saved = body.save()
     onward = [200.0, -300.0, 1800.0, 0.0, 600.0]
-    volumes, positions, work = breathe(body, onward), body.positions, body.work
+    volumes, positions, work = breathe(body, onward), body.positions, body.counters
     breathe(body, [2500.0, -500.0, 2500.0])  # shapes that were not known at the saved point
-    assert body.work.force_evaluations > work.force_evaluations
+    assert body.counters.force_evaluations > work.force_evaluations
     body.restore(saved)
     np.testing.assert_array_equal(breathe(body, onward), volumes)
     np.testing.assert_array_equal(body.positions, positions)
-    assert body.work == work
+    assert body.counters == work
 
 
 def test_a_body_without_gas_rests():

@@ -23,10 +23,10 @@ from softbody_core import (
     SurfaceMesh,
     SurfaceSPH,
     Weights,
-    ball,
+    fibonacci_sphere,
 )
 from softbody_core.constraints import Constraint
-from softbody_core.forces import Force
+from softbody_core.forces import Law
 from softbody_core.ground.parameters import quantities_of
 
 STEPS: Final = 3
@@ -62,7 +62,7 @@ class Case:
 
     mesh: SurfaceMesh
     mass: float
-    forces: tuple[Force, ...]
+    forces: tuple[Law, ...]
     weights: Weights
     constraints: tuple[Constraint, ...] = ()
     inputs: Inputs = _BENIGN
@@ -117,7 +117,7 @@ class Case:
 
     def with_points(self, count: int) -> Case:
         """Take a ball of the same volume; the more points, the shorter the case."""
-        mesh = ball(count).scaled_to_volume(self.mesh.volume)
+        mesh = fibonacci_sphere(count).scaled_to_volume(self.mesh.volume)
         return replace(self.with_mesh(mesh), dt=min(self.dt, 10 / count))
 
     def shaped(self, shape: str) -> Case:

@@ -70,13 +70,13 @@ def test_a_body_is_looked_at_once_a_communication_step(
     small: Scenario, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     seen: list[float] = []
-    original = SoftBody._look_at
+    original = SoftBody.observe
 
-    def look_at(body: SoftBody, state: object, inputs: object) -> object:
-        seen.append(state.time)
-        return original(body, state, inputs)
+    def observe(body: SoftBody) -> object:
+        seen.append(body.time)
+        return original(body)
 
-    monkeypatch.setattr(SoftBody, "_look_at", look_at)
+    monkeypatch.setattr(SoftBody, "observe", observe)
     scenarios.run(small)
     assert len(seen) == 1 + 120
     assert len(set(seen)) == 1 + 120

@@ -44,7 +44,7 @@ from scenarios.studies.paper.scenes import (
 from scenarios.studies.paper.statements import STATEMENTS, judge, markdown, show
 from scenarios.studies.paper.strips import FRAMES, glass_strip
 from scenarios.studies.paper.targets import TARGETS, asked
-from softbody_core import SurfaceMesh, ball, icosphere, wine_glass
+from softbody_core import SurfaceMesh, fibonacci_sphere, icosphere, wine_glass
 from tests.scenarios.conftest import Cli
 
 QUICK = ["mesh.lung=lung-right-770", "forces.beta=0"]
@@ -542,7 +542,7 @@ def _glass_set(**changes: dict[str, Any]) -> dict[str, xr.Dataset]:
 
 @cache
 def _ball() -> SurfaceMesh:
-    return ball(1986)
+    return fibonacci_sphere(1986)
 
 
 def _cup() -> tuple[NDArray[np.float64], NDArray[np.int64]]:

@@ -1,9 +1,10 @@
 """The shapes that a body takes at rest as its volume rises and falls.
 
-At rest the internal forces balance a uniform pressure: F(x) + p ∂V/∂x = 0. So to a volume belong a
-shape x, an elastic recoil p, and what the dampers resist, whatever ΔP and N are. There may be
+At rest the forces that shape the surface balance a uniform pressure: F(x) + p ∂V/∂x = 0. So to a
+volume belong a shape x, an elastic recoil p, and what the dampers resist, whatever the laws along
+∂V/∂x, ΔP and N are. There may be
 several such shapes: a surface that has folded out may not fold in again on the same way back. So
-shapes follow from each other, as stations on a path, and a path once gone is remembered.
+shapes follow from each other, as points on a path, and a path once gone is remembered.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from softbody_core.ground.arrays import Floats
 from softbody_core.ground.errors import ParameterError
 from softbody_core.integrators.anderson import Anderson
 from softbody_core.integrators.constant_operator import ConstantOperator
-from softbody_core.integrators.integrator import Work
+from softbody_core.integrators.integrator import Counters
 from softbody_core.model import SoftBodyModel
 from softbody_core.state import Inputs
 
@@ -39,17 +40,18 @@ class Balance(NamedTuple):
         p, Pa.
     drag : float
         Pressure that the dampers add per flow, Pa·s/m³.
-    gas_volume : float
-        B, m³.
+    volume, bounding_box_volume : float
+        Volumes that pressures depend on, V and B, m³.
     """
 
     recoil: float
     drag: float
-    gas_volume: float
+    volume: float
+    bounding_box_volume: float
 
 
 @dataclass(frozen=True, eq=False)
-class Station:
+class EquilibriumPoint:
     """One shape at rest.
 
     Attributes
@@ -61,7 +63,7 @@ class Station:
     outward : ndarray, shape (3, n)
         Move that adds to the volume, along the path by which the shape was reached, m.
     balance : Balance
-        Recoil, drag, gas volume.
+        Recoil, drag, volumes.
     """
 
     index: int
@@ -70,7 +72,7 @@ class Station:
     balance: Balance
 
 
-class Shapes:
+class EquilibriumSolver:
     """Finds the shape at rest that follows from another.
 
     The iteration uses the constant operator of the springs and Anderson acceleration.
@@ -87,7 +89,7 @@ class Shapes:
     max_iterations : int
         Iterations for one shape. Directions in which the surface is all but free to move converge
         slowly, and matter little to the recoil: an iteration that ends here is accepted.
-    work : Work
+    counters : Counters
         Where evaluations and solutions are counted.
 
     Raises
@@ -102,13 +104,13 @@ class Shapes:
         spacing: float,
         tolerance: float,
         max_iterations: int,
-        work: Work,
+        counters: Counters,
     ) -> None:
-        self._model = model
+        self._model, self._shaping = model, model.without_pressures()
         self.spacing = spacing
         self._max_iterations = max_iterations
-        self._work = work
-        self._operator = ConstantOperator(model, work)
+        self._counters = counters
+        self._operator = ConstantOperator(model, counters)
         stiffness = float(self._operator.stiffness.diagonal().mean())
         if stiffness == 0:
             raise ParameterError(
@@ -118,67 +120,68 @@ class Shapes:
         self._coefficients = (_STILL * stiffness / float(model.masses.mean()), 1.0, 0.0)
         rest = np.ascontiguousarray(model.mesh.points.T)
         self._still = np.zeros_like(rest)
-        self._here = Configuration(model.mesh, rest)
+        self._configuration = Configuration(model.mesh, rest)
         self._refuse_what_falls()
-        area = self._here.volume_gradient
+        area = self._configuration.volume_gradient
         yielding = self._operator.solve(self._coefficients, area)
         self.scale = model.mesh.volume / float(np.vdot(area, yielding))
         self.accuracy = tolerance * self.scale
         self._swelling = yielding
 
     def volume(self, index: int) -> float:
-        """Volume of a station, m³."""
+        """Volume of a point, m³."""
         return self._model.mesh.volume * math.exp(index * self.spacing)
 
-    def rest(self) -> Station:
+    def rest(self) -> EquilibriumPoint:
         """Shape at rest at the volume of the mesh."""
         start = np.ascontiguousarray(self._model.mesh.points.T)
         guessed = self._settle(0, start, self._swelling, start)
         above = self.next(guessed, 1)
         return self._measured(0, guessed.positions, above.positions - guessed.positions)
 
-    def next(self, station: Station, step: int) -> Station:
+    def next(self, point: EquilibriumPoint, step: int) -> EquilibriumPoint:
         """Shape that follows when the volume rises (step = 1) or falls (step = −1)."""
-        index = station.index + step
-        self._here.move_to(station.positions)
-        gain = float(np.vdot(self._here.volume_gradient, station.outward))
-        move = station.outward * ((self.volume(index) - self._here.volume) / gain)
-        return self._settle(index, station.positions, move, station.positions + move)
+        index = point.index + step
+        self._configuration.move_to(point.positions)
+        gain = float(np.vdot(self._configuration.volume_gradient, point.outward))
+        move = point.outward * ((self.volume(index) - self._configuration.volume) / gain)
+        return self._settle(index, point.positions, move, point.positions + move)
 
-    def _settle(self, index: int, start: Floats, move: Floats, x: Floats) -> Station:
+    def _settle(self, index: int, start: Floats, move: Floats, x: Floats) -> EquilibriumPoint:
         """Iterate from x, where a move along the path has led from `start`."""
         volume, arriving = self.volume(index), x is not start
         accelerate, recoil = Anderson(_MEMORY), math.inf
         for _ in range(self._max_iterations):
-            self._here.move_to(x)
-            force, area = self._force(self._still), self._here.volume_gradient
+            self._configuration.move_to(x)
+            force, area = self._force(self._still), self._configuration.volume_gradient
             # For a virtual move along the path, the error of the recoil is of second order.
             last, recoil = recoil, -float(np.vdot(force, move) / np.vdot(area, move))
             if abs(recoil - last) <= self.accuracy:
                 break
             solved = self._operator.solve(self._coefficients, np.concatenate([force, area]))
-            gap = volume - self._here.volume - float(np.vdot(area, solved[:3]))
+            gap = volume - self._configuration.volume - float(np.vdot(area, solved[:3]))
             correction = solved[:3] + solved[3:] * (gap / float(np.vdot(area, solved[3:])))
             x = accelerate.next(x, correction)
             if arriving:
                 move = x - start
         return self._measured(index, x, move)
 
-    def _measured(self, index: int, x: Floats, move: Floats) -> Station:
+    def _measured(self, index: int, x: Floats, move: Floats) -> EquilibriumPoint:
         """Say what a shape does when its volume changes along a move, m, shape (3, n)."""
-        self._here.move_to(x)
-        gain = float(np.vdot(self._here.volume_gradient, move))
+        self._configuration.move_to(x)
+        gain = float(np.vdot(self._configuration.volume_gradient, move))
         slope = move / gain
         force = self._force(self._still)
         recoil = -float(np.vdot(force, slope))
         drag = float(np.vdot(force - self._force(slope), slope))
-        balance = Balance(recoil, drag, self._model.gas_volume(self._here))
-        return Station(index, x, move * math.copysign(1.0, gain), balance)
+        volumes = self._configuration.volume, self._configuration.bounding_box_volume
+        balance = Balance(recoil, drag, *volumes)
+        return EquilibriumPoint(index, x, move * math.copysign(1.0, gain), balance)
 
     def _force(self, velocities: Floats) -> Floats:
-        """Force without pressure, N, where the surface stands."""
-        self._work.force_evaluations += 1
-        return self._model.force(self._here, velocities, Inputs())
+        """Force of the laws that shape the surface, N, where it stands."""
+        self._counters.force_evaluations += 1
+        return self._shaping.force(self._configuration, velocities, Inputs())
 
     def _refuse_what_falls(self) -> None:
         if (self._model.inverse_masses == 0).any():
