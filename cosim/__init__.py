@@ -16,7 +16,8 @@ from cosim.errors import (
 from cosim.fmu import FmuParticipant
 from cosim.loop import CommunicationPoint, CoSimulation, cosimulate
 from cosim.participant import Causality, Change, Participant, Port
-from cosim.recorder import Recorder, Variable
+from cosim.recorder import RecordedVariable, Recorder
+from cosim.recorder import RecordedVariable as Variable
 from cosim.soft_body import SoftBodyParticipant
 from cosim.units import Unit, UnitError, quantity, unit
 
@@ -42,6 +43,7 @@ __all__ = [
     "Jacobi",
     "Participant",
     "Port",
+    "RecordedVariable",
     "Recorder",
     "SignalError",
     "SoftBodyParticipant",

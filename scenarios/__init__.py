@@ -6,14 +6,16 @@
 True
 """
 
-from scenarios.errors import CheckpointError, OutputError, RunError, ScenarioError
+from scenarios.errors import CheckpointError, Interrupted, OutputError, RunError, ScenarioError
 from scenarios.results.analysis import Compartment, breaths, fit_compartment
 from scenarios.results.plots import overview
 from scenarios.running.checkpoint import Checkpoints
-from scenarios.running.run import Progress, resume, run
+from scenarios.running.progress import Progress
+from scenarios.running.progress import StudyProgress as GridProgress
+from scenarios.running.run import resume, run
 from scenarios.scene.catalogue import load, names
 from scenarios.scene.scenario import Scenario
-from scenarios.studies.trade.grid import GridProgress, trade
+from scenarios.studies.trade.grid import trade
 from scenarios.studies.trade.reference import reference, volume_error
 
 __all__ = [
@@ -21,6 +23,7 @@ __all__ = [
     "Checkpoints",
     "Compartment",
     "GridProgress",
+    "Interrupted",
     "OutputError",
     "Progress",
     "RunError",

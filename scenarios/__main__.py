@@ -15,7 +15,7 @@ from scenarios.commands.reproduce import reproduce_
 from scenarios.commands.resume import resume_
 from scenarios.commands.run import run_
 from scenarios.commands.trade import trade_
-from scenarios.errors import RunError
+from scenarios.errors import Interrupted, RunError
 from scenarios.scene.catalogue import load, names
 from softbody_core import SoftBodyError
 
@@ -68,7 +68,7 @@ def main(arguments: list[str] | None = None) -> int:
         return BAD_INPUT
     except RunError as error:
         errors.print(f"error: {error}", style="red", markup=False, highlight=False)
-        return INTERRUPTED if isinstance(error.__cause__, KeyboardInterrupt) else FAILED_RUN
+        return INTERRUPTED if isinstance(error, Interrupted) else FAILED_RUN
     except SoftBodyError as error:
         errors.print(f"error: {error}", style="red", markup=False, highlight=False)
         return BAD_INPUT

@@ -56,6 +56,20 @@ def breaths(dataset: xr.Dataset) -> xr.Dataset:
     )
 
 
+def whole_breaths(dataset: xr.Dataset) -> xr.Dataset:
+    """Volumes of each breath, as `breaths` gives them.
+
+    Raises
+    ------
+    ScenarioError
+        If the run has no complete breath.
+    """
+    volumes = breaths(dataset)
+    if volumes.sizes["breath"] == 0:
+        raise ScenarioError("the run has no complete breath; give it at least one cycle")
+    return volumes
+
+
 def _breath_bounds(dataset: xr.Dataset) -> NDArray[np.int64]:
     """Indices at which breaths begin and end."""
     last = dataset.sizes["time"] - 1

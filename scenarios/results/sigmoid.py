@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import curve_fit
 
 from scenarios.errors import ScenarioError
-from scenarios.studies.paper.scenes import whole_breaths
+from scenarios.results.analysis import whole_breaths
 
 
 def sigmoid(pressure: ArrayLike, a: float, b: float, c: float, d: float) -> NDArray[np.float64]:

@@ -50,6 +50,24 @@ class Draft:
             return self
         return dataclasses.replace(self, tables=with_values(self.tables, changes), source=None)
 
+    def with_controller(self, controller: str | Path) -> Draft:
+        """Return the draft with another controller, and the parameters it holds for that one.
+
+        Raises
+        ------
+        ScenarioError
+            If nothing drives the scenario, but inputs that are held.
+        """
+        if "controller" not in self.tables:
+            raise ScenarioError(
+                f"scenario {self.name} has no controller to replace: its inputs are held (table "
+                "[inputs]); give it a table [controller] instead"
+            )
+        use = str(controller)
+        if use.endswith(".fmu"):
+            use = str(Path(use).resolve())
+        return self.changed({"controller.use": use})
+
     def read(self, name: str) -> Any:
         """Read one field of `Scene` alone; of several bodies, that of the first one."""
         tables = self.tables

@@ -15,10 +15,11 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
+from scenarios.results.analysis import whole_breaths
 from scenarios.results.bumpiness import normal_deviation
 from scenarios.results.rendering.camera import Array, Camera
 from scenarios.results.rendering.render import Surface, linear, render
-from scenarios.studies.paper.scenes import Datasets, weights_of, whole_breaths
+from scenarios.studies.paper.scenes import Datasets, weights_of
 
 FRAMES: Final = (100, 1000, 2000, 3000, 4000, 6000)
 """Frames of Figures 1 to 6, time steps."""

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from typing import Final
 
 import numpy as np
 import xarray as xr
 
-from scenarios.errors import RunError, ScenarioError
-from scenarios.running.run import COMPLETED, Progress, run
+from scenarios.errors import Interrupted, RunError, ScenarioError
+from scenarios.running.progress import Progress, StudyProgress, Watch, unwatched
+from scenarios.running.run import COMPLETED, run
 from scenarios.scene.scenario import Scenario
 from scenarios.studies.trade.axes import Value, axis_values, finest, named, put_all
 from scenarios.studies.trade.order import convergence_order
@@ -21,28 +22,6 @@ from softbody_core import SoftBodyError
 
 MEANS_NOTHING: Final = "this axis means nothing to this scheme"
 STOPPED: Final = "stopped"
-
-
-@dataclass(frozen=True)
-class GridProgress:
-    """How far a trade has come.
-
-    Attributes
-    ----------
-    name : str
-        What runs now.
-    done : float
-        Runs done, with the part done of the one that runs now.
-    total : int
-        Runs in all; the reference counts as one.
-    """
-
-    name: str
-    done: float
-    total: int
-
-
-Watch = Callable[[GridProgress], None]
 
 
 class _TooSlow(SoftBodyError):
@@ -89,15 +68,14 @@ def trade(
         raise ScenarioError(f"limit = {limit:g} s: expected a positive time")
     values = axis_values(scenario, axes)
     scenario = scenario.changed({"run.cycles": cycles})
-    grid = _Grid(scenario, values, limit, progress if progress is not None else lambda _: None)
+    grid = _Grid(scenario, values, limit, progress or unwatched)
     try:
         grid.run_reference()
         grid.run_cells()
-    except (RunError, KeyboardInterrupt) as error:
-        interrupted = error if isinstance(error, KeyboardInterrupt) else error.__cause__
-        if isinstance(interrupted, KeyboardInterrupt):
-            grid.result.attrs["status"] = "interrupted"
-            raise RunError("interrupted", grid.result) from interrupted
+    except (Interrupted, KeyboardInterrupt) as error:
+        grid.result.attrs["status"] = "interrupted"
+        raise Interrupted("interrupted", grid.result) from error
+    except RunError as error:
         grid.result.attrs["status"] = f"failed: the reference: {error}"
         raise RunError(f"the reference: {error}", grid.result) from error
     grid.result.attrs["status"] = COMPLETED
@@ -159,13 +137,13 @@ class _Grid:
                 try:
                     dataset = run(cell, progress=self._show(name, self._limit))
                     record(self.result, index, dataset, self._reference)
+                except Interrupted:
+                    raise
                 except SoftBodyError as error:
-                    if isinstance(error.__cause__, KeyboardInterrupt):
-                        raise
                     slow = isinstance(error.__cause__, _TooSlow)
                     status[index] = f"{STOPPED}: {error}" if slow else f"failed: {error}"
             self._done += 1
-            self._watch(GridProgress(name, self._done, self._total))
+            self._watch(StudyProgress(name, self._done, self._total))
 
     def _was_too_slow(self, index: tuple[int, ...]) -> bool:
         """Tell whether the same setting with the next longer inner step was stopped."""
@@ -177,7 +155,7 @@ class _Grid:
         return index[axis] > 0 and str(status.to_numpy()[longer]).startswith(STOPPED)
 
     def _show(self, name: str, limit: float | None = None) -> Callable[[Progress], None]:
-        now = GridProgress(name, self._done, self._total)
+        now = StudyProgress(name, self._done, self._total)
 
         def show(at: Progress) -> None:
             self._watch(replace(now, done=now.done + at.time / at.duration))

@@ -9,7 +9,8 @@ import numpy as np
 import xarray as xr
 
 from scenarios.errors import ScenarioError
-from scenarios.running.run import Progress, run
+from scenarios.running.progress import Progress
+from scenarios.running.run import run
 from scenarios.scene.scenario import Scenario
 from scenarios.studies.trade.schemes import with_inner_step, with_integrator
 
