@@ -8,6 +8,7 @@ True
 
 from scenarios.errors import CheckpointError, Interrupted, OutputError, RunError, ScenarioError
 from scenarios.results.analysis import Compartment, breaths, fit_compartment
+from scenarios.results.comparison import volume_error
 from scenarios.results.plots import overview
 from scenarios.running.checkpoint import Checkpoints
 from scenarios.running.progress import Progress
@@ -16,7 +17,8 @@ from scenarios.running.run import resume, run
 from scenarios.scene.catalogue import load, names
 from scenarios.scene.scenario import Scenario
 from scenarios.studies.trade.grid import trade
-from scenarios.studies.trade.reference import reference, volume_error
+from scenarios.studies.trade.reference import converged_reference
+from scenarios.studies.trade.reference import converged_reference as reference
 
 __all__ = [
     "CheckpointError",
@@ -30,6 +32,7 @@ __all__ = [
     "Scenario",
     "ScenarioError",
     "breaths",
+    "converged_reference",
     "fit_compartment",
     "load",
     "names",

@@ -21,9 +21,9 @@ from scenarios.commands.options import (
 from scenarios.commands.terminal import Terminal
 from scenarios.commands.trade_report import show_trade
 from scenarios.results.files import check_results, save_results
-from scenarios.studies.trade.axes import read_axes
 from scenarios.studies.trade.grid import trade
 from scenarios.studies.trade.plot import save_work_precision
+from scenarios.studies.trade.settings import read_axes
 
 
 def trade_(

@@ -14,8 +14,9 @@ from rich.table import Table
 from scenarios.commands.terminal import Terminal
 from scenarios.running.run import COMPLETED
 from scenarios.studies.accuracy import Pick
-from scenarios.studies.trade.axes import named, told
 from scenarios.studies.trade.pareto import at_most, floor, front
+from scenarios.studies.trade.result import is_mesh
+from scenarios.studies.trade.settings import in_words, value_text
 
 _HEADINGS = ("error", "end-exp.\n(mL)", "× real\ntime", "force\nevaluations", "linear\nsolves")
 
@@ -68,21 +69,23 @@ def show_trade(terminal: Terminal, dataset: xr.Dataset, *, every: bool = False) 
     table.add_column()
     for name in axes:
         table.add_column(
-            name.replace("_", " "), min_width=max(map(len, map(told, cells[name].values)))
+            name.replace("_", " "), min_width=max(map(len, map(value_text, cells[name].values)))
         )
     for heading in _HEADINGS:
         table.add_column(heading, justify="right")
     for row in shown:
         star = "*" if row["front"] else ""
-        table.add_row(star, *(told(row[name]) for name in axes), *_numbers(row, floor(dataset)))
+        table.add_row(
+            star, *(value_text(row[name]) for name in axes), *_numbers(row, floor(dataset))
+        )
     terminal.show(table)
     for row in rows:
         if row["status"] != COMPLETED:
-            setting = named({name: row[name] for name in axes})
+            setting = in_words({name: row[name] for name in axes})
             terminal.line(f"{setting}: {row['status']}")
     terminal.line(_about_reference(dataset))
-    if "points_change" in dataset:
-        terminal.line(_about_points(dataset))
+    for name in filter(is_mesh, axes):
+        terminal.line(_about_meshes(dataset, name))
 
 
 def _numbers(row: dict[Hashable, Any], smallest: float) -> list[str]:
@@ -106,14 +109,13 @@ def _about_reference(dataset: xr.Dataset) -> str:
     )
 
 
-def _about_points(dataset: xr.Dataset) -> str:
-    points = dataset["points"].to_numpy()
-    changes = dataset["points_change"].to_numpy()
-    said = ", ".join(
-        f"{change:.1e} from {coarse} to {fine} points"
-        for change, coarse, fine in zip(changes[:-1], points[:-1], points[1:], strict=True)
+def _about_meshes(dataset: xr.Dataset, axis: str) -> str:
+    sizes, changes = dataset[axis].to_numpy(), dataset[f"{axis}_change"].to_numpy()
+    steps = ", ".join(
+        f"{change:.1e} from {coarse} to {fine} {axis}"
+        for change, coarse, fine in zip(changes[:-1], sizes[:-1], sizes[1:], strict=True)
     )
-    order = dataset.attrs.get("points_order", np.nan)
+    order = dataset.attrs.get(f"{axis}_order", np.nan)
     if np.isnan(order):
-        return f"change of the converged volume: {said or 'none'}; an order takes three meshes"
-    return f"change of the converged volume: {said}; order {order:.2f} in the edge length"
+        return f"change of the converged volume: {steps or 'none'}; an order takes three meshes"
+    return f"change of the converged volume: {steps}; order {order:.2f} in the edge length"

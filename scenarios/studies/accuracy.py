@@ -12,10 +12,10 @@ from typing import Any, Final
 import xarray as xr
 
 from scenarios.errors import Interrupted, ScenarioError
+from scenarios.results.comparison import volume_error
 from scenarios.running.progress import Progress, StudyProgress, Watch, unwatched
 from scenarios.running.run import run
 from scenarios.scene.scenario import Scenario
-from scenarios.studies.trade.reference import volume_error
 from softbody_core import SoftBodyError, Work
 
 Integrator = Mapping[str, Any]

@@ -11,7 +11,7 @@ import xarray as xr
 import scenarios
 from cosim import ALGORITHMS, CouplingError, Iterated
 from scenarios import RunError, Scenario, ScenarioError
-from scenarios.studies.trade.axes import put_all
+from scenarios.studies.trade.settings import put_all
 
 EXACT = {"adaptive": 2}
 """Halvings of each step with nothing to divide it for; others repeat Gauss-Seidel."""

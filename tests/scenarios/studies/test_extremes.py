@@ -15,6 +15,7 @@ from scipy.optimize import brentq
 
 import scenarios
 from scenarios.commands import extremes as command
+from scenarios.running.progress import StudyProgress
 from scenarios.studies.extremes import Outcome, picture, survey
 from scenarios.studies.extremes import verdict as verdicts
 from scenarios.studies.extremes.axes import AXES
@@ -333,7 +334,7 @@ def survey_of(monkeypatch):
         asked = {}
 
         def ready(scenario, *, progress, **options):
-            progress(0, 1, "alpha = 0")
+            progress(StudyProgress("alpha = 0", 0, 1))
             asked.update(options, icosphere=scenario.mesh.icosphere)
             return dataset
 
