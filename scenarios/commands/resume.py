@@ -6,11 +6,10 @@ from pathlib import Path
 
 import xarray as xr
 
-from scenarios.commands.ended_early import dataset_of
 from scenarios.commands.options import OptionalOutput, Plot, Quiet
 from scenarios.commands.run_report import show_run, show_warnings
 from scenarios.commands.terminal import Terminal
-from scenarios.errors import OutputError
+from scenarios.errors import OutputError, RunError
 from scenarios.results.files import check_results, save_results
 from scenarios.results.plots import save_overview
 from scenarios.running.run import COMPLETED, resume
@@ -42,8 +41,12 @@ def resume_(
         )
     picture = check_results(path, plot=plot)
     terminal = Terminal(quiet=quiet)
+    failure: RunError | None = None
     with terminal.run_bar() as progress:
-        dataset, failure = dataset_of(lambda: resume(checkpoint, progress=progress))
+        try:
+            dataset = resume(checkpoint, progress=progress)
+        except RunError as error:
+            failure, dataset = error, error.dataset
     written = save_results(dataset, path, picture, save_overview)
     show_run(terminal, dataset)
     show_warnings(terminal, dataset)

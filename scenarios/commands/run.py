@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, Final
 
-from scenarios.commands.ended_early import dataset_of
 from scenarios.commands.options import (
     Changes,
     ControllerName,
@@ -20,6 +19,7 @@ from scenarios.commands.options import (
 from scenarios.commands.run_report import show_controller, show_run, show_warnings
 from scenarios.commands.terminal import Terminal
 from scenarios.commands.trade_report import show_pick
+from scenarios.errors import RunError
 from scenarios.results.files import check_results, save_results
 from scenarios.results.plots import save_overview
 from scenarios.running.checkpoint import SUFFIX, Checkpoints
@@ -67,24 +67,22 @@ def run_(
     if accuracy is not None:
         scene, extra = _pick(terminal, scene, accuracy)
     checkpoints = _checkpoints(output, checkpoint, extra)
+    failure: RunError | None = None
     with terminal.run_bar() as progress:
-        dataset, failure = dataset_of(
-            lambda: run(scene, positions_every=every, checkpoints=checkpoints, progress=progress)
-        )
+        try:
+            dataset = run(scene, positions_every=every, checkpoints=checkpoints, progress=progress)
+        except RunError as error:
+            failure, dataset = error, error.dataset
     written = save_results(dataset.assign_attrs(extra), output, picture, save_overview)
     show_run(terminal, dataset)
     if scene.controller is not None:
         show_controller(terminal, scene.controller, scene.run.period)
     show_warnings(terminal, dataset)
     terminal.line(written)
-    if failure is not None and checkpoints is not None:
-        there = checkpoints.path.exists()
-        resume = f"go on with: softbody resume {checkpoints.path}"
-        terminal.line(resume if there else _TOO_EARLY)
+    if checkpoints is not None:
+        _leave(terminal, checkpoints.path, complete=failure is None)
     if failure is not None:
         raise failure
-    if checkpoints is not None:
-        checkpoints.path.unlink(missing_ok=True)
 
 
 def _pick(
@@ -95,6 +93,16 @@ def _pick(
         picked = pick(scenario, accuracy, progress=trying)
     show_pick(terminal, picked, accuracy)
     return picked.scenario, {"accuracy_asked": accuracy, "error_estimate": picked.error}
+
+
+def _leave(terminal: Terminal, checkpoint: Path, *, complete: bool) -> None:
+    """Remove the checkpoint of a run that is complete, and say of another how to go on with it."""
+    if complete:
+        checkpoint.unlink(missing_ok=True)
+    elif checkpoint.exists():
+        terminal.line(f"go on with: softbody resume {checkpoint}")
+    else:
+        terminal.line(_TOO_EARLY)
 
 
 def _checkpoints(output: Path, every: str | None, extra: dict[str, Any]) -> Checkpoints | None:

@@ -7,7 +7,6 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from scenarios.commands.ended_early import dataset_of
 from scenarios.commands.options import (
     Changes,
     ControllerName,
@@ -20,6 +19,7 @@ from scenarios.commands.options import (
 )
 from scenarios.commands.terminal import Terminal
 from scenarios.commands.trade_report import show_trade
+from scenarios.errors import RunError
 from scenarios.results.files import check_results, save_results
 from scenarios.studies.trade.grid import trade
 from scenarios.studies.trade.plot import save_work_precision
@@ -59,10 +59,12 @@ def trade_(
     axes, longest = read_axes(axis), read_seconds(limit, "--limit")
     picture = check_results(output, plot=plot)
     terminal = Terminal(quiet=quiet)
+    failure: RunError | None = None
     with terminal.study_bar("run") as progress:
-        dataset, failure = dataset_of(
-            lambda: trade(scene, axes, scene.run.cycles, limit=longest, progress=progress)
-        )
+        try:
+            dataset = trade(scene, axes, scene.run.cycles, limit=longest, progress=progress)
+        except RunError as error:
+            failure, dataset = error, error.dataset
     written = save_results(dataset, output, picture, save_work_precision)
     show_trade(terminal, dataset, every=all_)
     terminal.line(written)
