@@ -69,8 +69,8 @@ def show_outcomes(terminal: Terminal, dataset: xr.Dataset) -> None:
     axis = dataset["axis"].to_numpy()
     outcomes = dataset["outcome"].to_numpy()
     for name in [*dict.fromkeys(axis.tolist()), "all"]:
-        chosen = outcomes if name == "all" else outcomes[axis == name]
-        counts = (np.count_nonzero(chosen == outcome) for outcome in Outcome)
+        trials = outcomes if name == "all" else outcomes[axis == name]
+        counts = (np.count_nonzero(trials == outcome) for outcome in Outcome)
         table.add_row(name, *map(str, counts))
     terminal.show(table)
     for case, scheme in np.argwhere(outcomes == Outcome.DEFECT):

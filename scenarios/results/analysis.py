@@ -141,10 +141,10 @@ def fit_compartment(dataset: xr.Dataset) -> Compartment:
     ScenarioError
         If pressure, flow and volume do not determine the three numbers.
     """
-    seen = dataset.isel(time=slice(1, None))
-    volume = seen["volume"].to_numpy()
-    columns = np.stack([seen["flow"].to_numpy(), volume, np.ones_like(volume)], axis=1)
-    solution, _, rank, _ = np.linalg.lstsq(columns, seen["pressure"].to_numpy())
+    moving = dataset.isel(time=slice(1, None))
+    volume = moving["volume"].to_numpy()
+    columns = np.stack([moving["flow"].to_numpy(), volume, np.ones_like(volume)], axis=1)
+    solution, _, rank, _ = np.linalg.lstsq(columns, moving["pressure"].to_numpy())
     if rank < 3 or solution[1] <= 0:
         raise ScenarioError(
             "pressure, flow and volume of this run do not determine a resistance and a compliance; "

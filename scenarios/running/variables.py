@@ -103,8 +103,8 @@ def _of_bodies(bodies: Sequence[SoftBodyParticipant]) -> list[RecordedVariable]:
 def _of_body(body: SoftBodyParticipant) -> list[RecordedVariable]:
     variables = [*_BODY]
     if "clearance" in body.ports:
-        said = body.ports["clearance"].description
-        variables.append(RecordedVariable("clearance", ("body.clearance",), "m", said))
+        long_name = body.ports["clearance"].description
+        variables.append(RecordedVariable("clearance", ("body.clearance",), "m", long_name))
     variables += [
         RecordedVariable(
             f"{name}_position",

@@ -131,15 +131,15 @@ def _dataset(rows: list[Row], schemes: list[str]) -> xr.Dataset:
             attributes,
         )
 
-    dimensions, outcomes, said = of_verdicts(
+    dimensions, outcomes, attributes = of_verdicts(
         "outcome",
         long_name="how the trial ended",
         flag_values=np.array(list(Outcome), dtype=np.int8),
-        flag_meanings=" ".join(one.name.lower() for one in Outcome),
+        flag_meanings=" ".join(outcome.name.lower() for outcome in Outcome),
     )
     return xr.Dataset(
         {
-            "outcome": (dimensions, outcomes.astype(np.int8), said),
+            "outcome": (dimensions, outcomes.astype(np.int8), attributes),
             "message": of_verdicts("message", long_name="reason"),
             "difference": of_verdicts(
                 "difference",
@@ -160,7 +160,7 @@ def _dataset(rows: list[Row], schemes: list[str]) -> xr.Dataset:
             "wall_time": of_trials("wall_time", units="s", long_name="computing time"),
             "reference": (
                 "case",
-                [row.reference.said for row in rows],
+                [row.reference.how_known for row in rows],
                 {"long_name": "how well the reference is known"},
             ),
         },

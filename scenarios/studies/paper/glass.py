@@ -99,18 +99,18 @@ def _counts(datasets: Datasets) -> Measurement:
 
 
 def _finite(datasets: Datasets) -> Measurement:
-    seen = _each(datasets, "ABCDEF")
-    finite = [letter for letter, d in seen.items() if np.isfinite(d["position"]).all()]
-    frames = min(d.sizes["time"] for d in seen.values()) - 1
+    runs = _each(datasets, "ABCDEF")
+    finite = [letter for letter, d in runs.items() if np.isfinite(d["position"]).all()]
+    frames = min(d.sizes["time"] for d in runs.values()) - 1
     return Measurement(
-        f"{', '.join(finite)} stay finite for {frames} frames", len(finite) == len(seen)
+        f"{', '.join(finite)} stay finite for {frames} frames", len(finite) == len(runs)
     )
 
 
 def _rests(datasets: Datasets) -> Measurement:
-    seen = _each(datasets, "ABCDE")
-    rests = [letter for letter, dataset in seen.items() if rests_inside(dataset)]
-    return Measurement(f"{', '.join(rests) or 'none'} rest in the bowl", len(rests) == len(seen))
+    runs = _each(datasets, "ABCDE")
+    rests = [letter for letter, dataset in runs.items() if rests_inside(dataset)]
+    return Measurement(f"{', '.join(rests) or 'none'} rest in the bowl", len(rests) == len(runs))
 
 
 def _walls(datasets: Datasets) -> Measurement:
@@ -130,11 +130,11 @@ def _rougher(datasets: Datasets) -> Measurement:
 
 
 def _bubbles(datasets: Datasets) -> Measurement:
-    kept = {letter: kept_volume(d) for letter, d in _each(datasets, "ABCDE").items()}
-    said = ", ".join(f"{letter} {share:.2f}" for letter, share in kept.items())
+    volumes = {letter: kept_volume(d) for letter, d in _each(datasets, "ABCDE").items()}
+    text = ", ".join(f"{letter} {share:.2f}" for letter, share in volumes.items())
     return Measurement(
-        f"volume over that at rest: {said}",
-        min(kept[k] for k in "DE") > max(kept[k] for k in "ABC"),
+        f"volume over that at rest: {text}",
+        min(volumes[k] for k in "DE") > max(volumes[k] for k in "ABC"),
     )
 
 
@@ -154,9 +154,9 @@ def _cloth(datasets: Datasets) -> Measurement:
 
 
 def _fps(datasets: Datasets) -> Measurement:
-    seen = _each(datasets, "ABCDEF").values()
-    fps = [frames_per_second(dataset) for dataset in seen]
-    speed = [real_time_factor(dataset) for dataset in seen]
+    runs = _each(datasets, "ABCDEF").values()
+    fps = [frames_per_second(dataset) for dataset in runs]
+    speed = [real_time_factor(dataset) for dataset in runs]
     return Measurement(
         f"{listed(fps, '.0f')} frames a second (A to F): {min(fps) / _PAPER_FPS:.1f} to "
         f"{max(fps) / _PAPER_FPS:.1f} times 20, and {min(speed):.2f} to {max(speed):.2f} times "

@@ -36,15 +36,15 @@ _FOLLOWS: Final = 0.99
 
 def kept_shares(dataset: xr.Dataset) -> Array:
     """Share of the volume above rest that is still inside at the end of each breath."""
-    seen = whole_breaths(dataset)
-    inhaled = seen["end_inspiratory_volume"] - float(dataset["volume"][0])
-    return np.asarray(seen["residual_volume"] / inhaled)
+    volumes = whole_breaths(dataset)
+    inhaled = volumes["end_inspiratory_volume"] - float(dataset["volume"][0])
+    return np.asarray(volumes["residual_volume"] / inhaled)
 
 
 def shapes_after_breaths(dataset: xr.Dataset) -> Array:
     """Positions at the end of each exhalation, shape (breath, point, axis), m."""
-    seen = whole_breaths(dataset)
-    ends = seen["start"] + seen["duration"]
+    volumes = whole_breaths(dataset)
+    ends = volumes["start"] + volumes["duration"]
     return dataset["position"].sel(snapshot=_nearest(dataset, ends)).to_numpy()
 
 
@@ -60,8 +60,8 @@ def bumpiness_after_breaths(dataset: xr.Dataset) -> Array:
 
 
 def _nearest(dataset: xr.Dataset, times: xr.DataArray) -> Array:
-    kept = dataset["snapshot_time"].to_numpy()
-    return np.asarray(np.abs(kept - times.to_numpy()[:, None]).argmin(axis=1))
+    snapshots = dataset["snapshot_time"].to_numpy()
+    return np.asarray(np.abs(snapshots - times.to_numpy()[:, None]).argmin(axis=1))
 
 
 def _pressure_step(datasets: Datasets) -> Measurement:
@@ -127,12 +127,14 @@ def _kept(letter: str, says: str, *, back: bool) -> Statement:
 
 
 def _ordering(datasets: Datasets) -> Measurement:
-    kept = [1000 * whole_breaths(datasets[s])["residual_volume"].to_numpy() for s in ALPHA.values()]
+    above_rest = [
+        1000 * whole_breaths(datasets[s])["residual_volume"].to_numpy() for s in ALPHA.values()
+    ]
     pairs = [
         f"{letter} {low.min():.0f} to {low.max():.0f}"
-        for letter, low in zip(ALPHA, kept, strict=True)
+        for letter, low in zip(ALPHA, above_rest, strict=True)
     ]
-    ordered = [increasing(one) for one in zip(*reversed(kept), strict=True)]
+    ordered = [increasing(breath) for breath in zip(*reversed(above_rest), strict=True)]
     return Measurement(
         f"mL above rest: {', '.join(pairs)}; in order in {sum(ordered)} of {len(ordered)} breaths",
         all(ordered),
@@ -141,18 +143,18 @@ def _ordering(datasets: Datasets) -> Measurement:
 
 def _best(datasets: Datasets) -> Measurement:
     last = {letter: kept_shares(datasets[scene])[-1] for letter, scene in ALPHA.items()}
-    said = ", ".join(f"{letter} {share:.1%}" for letter, share in last.items())
+    text = ", ".join(f"{letter} {share:.1%}" for letter, share in last.items())
     return Measurement(
-        f"still inside after the last breath: {said}", min(last, key=last.__getitem__) == "C"
+        f"still inside after the last breath: {text}", min(last, key=last.__getitem__) == "C"
     )
 
 
 def _under_control(datasets: Datasets) -> Measurement:
     dataset = datasets[ALPHA["C"]]
-    seen = whole_breaths(dataset)
-    inhaled = float(seen["tidal_volume"].max())
+    volumes = whole_breaths(dataset)
+    inhaled = float(volumes["tidal_volume"].max())
     spread = max(
-        float(np.ptp(seen[name].to_numpy()))
+        float(np.ptp(volumes[name].to_numpy()))
         for name in ("end_inspiratory_volume", "end_expiratory_volume")
     )
     top, limit = float(dataset["volume"].max()), float(dataset["target_volume"].max())
@@ -165,14 +167,14 @@ def _under_control(datasets: Datasets) -> Measurement:
 
 def _bumps(datasets: Datasets) -> Measurement:
     bumps = [bumpiness_after_breaths(datasets[scene]) for scene in BETA.values()]
-    said = ", ".join(
+    text = ", ".join(
         f"β = {weights_of(datasets[scene]).beta:g}: {value[-1]:.4f}"
         for scene, value in zip(BETA.values(), bumps, strict=True)
     )
     rising = [increasing(breath) for breath in zip(*bumps, strict=True)]
     smallest = float(np.diff(bumps, axis=0).min())
     return Measurement(
-        f"{said} mean edges above rest at the end of the last breath; strictly rising in "
+        f"{text} mean edges above rest at the end of the last breath; strictly rising in "
         f"{sum(rising)} of {len(rising)} breaths, the smallest rise is {smallest:.4f}",
         all(rising),
     )

@@ -94,7 +94,7 @@ class Scenes:
         if self.fresh or not self.path(name).exists():
             return None
         try:
-            return self._kept(name, self.load(name))
+            return self._from_folder(name, self.load(name))
         except ScenarioError:  # changes that were meant for other scenes
             return None
 
@@ -112,8 +112,10 @@ class Scenes:
             return self.datasets.get(name)
         try:
             scenario = self.load(name)
-            kept = None if self.fresh else self._kept(name, scenario)
-            self.datasets[name] = self._run(name, scenario, watch) if kept is None else kept
+            dataset = None if self.fresh else self._from_folder(name, scenario)
+            if dataset is None:
+                dataset = self._run(name, scenario, watch)
+            self.datasets[name] = dataset
         except (OutputError, Interrupted):
             raise
         except SoftBodyError as error:
@@ -132,7 +134,7 @@ class Scenes:
         save(dataset, self.path(name))
         return dataset
 
-    def _kept(self, name: str, scenario: Scenario) -> xr.Dataset | None:
+    def _from_folder(self, name: str, scenario: Scenario) -> xr.Dataset | None:
         try:
             dataset = xr.load_dataset(self.path(name), engine="netcdf4")
         except (OSError, ValueError):  # none, or a file that is no dataset of ours: run it

@@ -52,14 +52,14 @@ def axis_values(
     given = axes if isinstance(axes, Mapping) else dict.fromkeys(axes)
     if not given:
         raise ScenarioError(f"no axis is named; expected some of {', '.join(AXES)}")
-    chosen: dict[str, tuple[Value, ...]] = {}
+    values_of: dict[str, tuple[Value, ...]] = {}
     for name, wanted in given.items():
         axis = choose(name, AXES, "axis")
         values = tuple(axis.default(scenario.draft) if wanted is None else wanted)
         if not values or len(set(values)) < len(values):
             raise ScenarioError(f"axis {name} = {list(values)}: expected values, each one once")
-        chosen[name] = axis.ordered(values)
-    return chosen
+        values_of[name] = axis.ordered(values)
+    return values_of
 
 
 def finest(values: Mapping[str, Sequence[Value]]) -> dict[str, Value]:

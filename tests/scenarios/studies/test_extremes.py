@@ -180,7 +180,7 @@ def test_there_is_no_reference_where_tight_runs_disagree(case, monkeypatch):
     swinging = case.with_law(AirwayResistance, resistance=0.0).with_inputs(delta_p=1500.0)
     found = refer(replace(swinging, dt=0.1), SECONDS)
     assert found.trial is None
-    assert "differ by" in found.said
+    assert "differ by" in found.how_known
 
 
 # Verdicts on integrators that misbehave on purpose
