@@ -40,8 +40,8 @@ def short_run(name: str) -> xr.Dataset:
     return scenarios.run(scenario.changed(changes))
 
 
-def claim_of(name: str) -> Claim:
-    """Claim of a scenario, or of the file that it is a variant of."""
+def check_claim(name: str, dataset: xr.Dataset) -> None:
+    """Assert what a scenario claims, or the file that it is a variant of."""
     families = [known for known in CLAIMS if name == known or name.startswith(f"{known}-")]
     if not families:
         pytest.fail(
@@ -49,7 +49,16 @@ def claim_of(name: str) -> Claim:
             "that asserts what a run of it has to show, such as its tidal volume, and name it in "
             f"CLAIMS there under {name!r}"
         )
-    return CLAIMS[max(families, key=len)]
+    family = max(families, key=len)
+    try:
+        CLAIMS[family](dataset)
+    except AssertionError as error:
+        if family != name:
+            error.add_note(
+                f"{name} makes the claim of {family}. If it is to show something else, give it a "
+                f"claim of its own in tests/scenarios/scene/claims.py, under {name!r} in CLAIMS"
+            )
+        raise
 
 
 def _paper_breathes(dataset: xr.Dataset, vital_capacity: float) -> None:

@@ -7,7 +7,7 @@ import pytest
 import scenarios
 from scenarios import breaths
 from scenarios.running.assemble import build_body
-from tests.scenarios.scene.claims import CLAIMS, claim_of, short_run
+from tests.scenarios.scene.claims import CLAIMS, check_claim, short_run
 
 
 def test_every_claim_is_that_of_a_scenario() -> None:
@@ -16,7 +16,7 @@ def test_every_claim_is_that_of_a_scenario() -> None:
 
 @pytest.mark.parametrize("name", scenarios.names())
 def test_a_short_run_holds_its_claim(name: str) -> None:
-    claim_of(name)(short_run(name))
+    check_claim(name, short_run(name))
 
 
 @pytest.mark.slow
@@ -26,7 +26,7 @@ def test_the_run_as_it_ships_holds_its_claim(name: str) -> None:
     falls = bool(scenario.obstacles)
     dataset = scenarios.run(scenario, positions_every=0.01 if falls else None)
     assert falls or breaths(dataset).sizes["breath"] == scenario.run.cycles
-    claim_of(name)(dataset)
+    check_claim(name, dataset)
 
 
 def test_a_stiffer_lung_keeps_less() -> None:
