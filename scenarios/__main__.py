@@ -6,7 +6,6 @@ import sys
 from importlib.metadata import version
 
 from cyclopts import App, CycloptsError
-from rich.console import Console
 
 from scenarios.commands.controller import controller_app
 from scenarios.commands.export import export_app
@@ -14,9 +13,10 @@ from scenarios.commands.extremes import extremes_
 from scenarios.commands.reproduce import reproduce_
 from scenarios.commands.resume import resume_
 from scenarios.commands.run import run_
+from scenarios.commands.terminal import Terminal
 from scenarios.commands.trade import trade_
 from scenarios.errors import Interrupted, RunError
-from scenarios.scene.catalogue import load, names
+from scenarios.scene.catalogue import draft, names
 from softbody_core import SoftBodyError
 
 BAD_INPUT, FAILED_RUN, INTERRUPTED = 2, 3, 130
@@ -40,10 +40,10 @@ app.command(export_app)
 @app.command(name="list")
 def list_() -> None:
     """List the scenarios that ship."""
-    out = Console()
+    terminal = Terminal()
     width = max(map(len, names()))
     for name in names():
-        out.print(f"{name:{width}}  {load(name).title}", highlight=False)
+        terminal.line(f"{name:{width}}  {draft(name).title}")
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -59,18 +59,17 @@ def main(arguments: list[str] | None = None) -> int:
     int
         0; 2 for bad input; 3 for a run that failed on its way; 130 for one that was interrupted.
     """
-    errors = Console(stderr=True)
+    errors = Terminal.of_errors()
     try:
         app(arguments, exit_on_error=False, print_error=False, result_action="return_value")
     except CycloptsError as error:
-        errors.print(f"error: {error}", style="red", markup=False, highlight=False)
-        errors.print("softbody --help tells more", markup=False, highlight=False)
+        errors.error(str(error), "softbody --help tells more")
         return BAD_INPUT
     except RunError as error:
-        errors.print(f"error: {error}", style="red", markup=False, highlight=False)
+        errors.error(str(error))
         return INTERRUPTED if isinstance(error, Interrupted) else FAILED_RUN
     except SoftBodyError as error:
-        errors.print(f"error: {error}", style="red", markup=False, highlight=False)
+        errors.error(str(error))
         return BAD_INPUT
     except KeyboardInterrupt:
         return INTERRUPTED

@@ -35,10 +35,21 @@ class Terminal:
     def __init__(self, *, quiet: bool = False, console: Console | None = None) -> None:
         self._console = console if console is not None else Console(quiet=quiet)
 
+    @classmethod
+    def of_errors(cls) -> Terminal:
+        """Print to standard error."""
+        return cls(console=Console(stderr=True))
+
     def line(self, text: str, *, label: str = "", style: str = "") -> None:
         """Print a line as it is, after a label in a style; the terminal wraps it."""
         labelled = Text.assemble((label, style), f"{': ' if label else ''}{text}")
         self._console.print(labelled, soft_wrap=True)
+
+    def error(self, text: str, *hints: str) -> None:
+        """Print what went wrong, in red, and below it what to try; words are not broken."""
+        self._console.print(f"error: {text}", style="red", markup=False, highlight=False)
+        for hint in hints:
+            self._console.print(hint, markup=False, highlight=False)
 
     def show(self, table: RenderableType) -> None:
         """Print a table."""
