@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from scenarios.errors import ScenarioError
 from scenarios.scene.bodies import members
@@ -16,6 +16,9 @@ from scenarios.scene.rules import check_rules
 from scenarios.scene.schema import Scene
 from scenarios.scene.tables import with_values
 from scenarios.scene.text import toml
+
+_TABLES: Final = [place.key for place in places_of(Scene).values() if place.name != "title"]
+"""Tables that a scenario may have."""
 
 
 @dataclass(frozen=True)
@@ -108,10 +111,6 @@ class Draft:
         return Scenario(
             **values, name=self.name, folder=self.folder, tables=self.tables, source=self.source
         )
-
-
-_TABLES = [place.key for place in places_of(Scene).values() if place.name != "title"]
-"""Tables that a scenario may have."""
 
 
 @dataclass(frozen=True, kw_only=True)
