@@ -16,8 +16,9 @@ from .errors import (
 )
 from .fmu import FmuParticipant
 from .loop import CommunicationPoint, CoSimulation, cosimulate
+from .older_names import Variable
 from .participant import Causality, Change, Participant, Port
-from .recorder import Recorder, Variable
+from .recorder import RecordedVariable, Recorder
 from .soft_body import SoftBodyParticipant
 from .units import Unit, UnitError, quantity, unit
 
@@ -43,6 +44,7 @@ __all__ = [
     "Jacobi",
     "Participant",
     "Port",
+    "RecordedVariable",
     "Recorder",
     "SignalError",
     "SimulationError",

@@ -16,7 +16,7 @@ from cosim.units import unit
 
 
 @dataclass(frozen=True)
-class Variable:
+class RecordedVariable:
     """A variable of the dataset and the outputs that it records.
 
     Attributes
@@ -46,17 +46,19 @@ class Variable:
 
 
 class Recorder:
-    """Keeps outputs at every communication point.
+    """Records outputs at every communication point.
 
     Parameters
     ----------
     participants : sequence of Participant
         Whose ports are recorded.
-    variables : sequence of Variable
-        What to keep; all sources must exist.
+    variables : sequence of RecordedVariable
+        What to record; all sources must exist.
     """
 
-    def __init__(self, participants: Sequence[Participant], variables: Sequence[Variable]) -> None:
+    def __init__(
+        self, participants: Sequence[Participant], variables: Sequence[RecordedVariable]
+    ) -> None:
         self._variables = variables
         self._ends = [
             (owner, port)
@@ -76,20 +78,20 @@ class Recorder:
         self._rows: list[list[float]] = []
 
     def record(self, point: CommunicationPoint) -> None:
-        """Keep one point."""
+        """Record one point."""
         self._times.append(point.time)
         self._rows.append([point.outputs[owner][port] for owner, port in self._ends])
 
-    def kept(self) -> NDArray[np.float64]:
-        """Everything that was kept, in the ports' units: a row a point, its time first."""
+    def serialize(self) -> NDArray[np.float64]:
+        """Everything that was recorded, in the ports' units: a row a point, its time first."""
         return np.column_stack([np.array(self._times), np.array(self._rows)])
 
-    def keep(self, rows: NDArray[np.float64]) -> None:
-        """Start from what `kept` gave, in place of what is there."""
+    def deserialize(self, rows: NDArray[np.float64]) -> None:
+        """Start from what `serialize` gave, in place of what is there."""
         self._times, self._rows = rows[:, 0].tolist(), rows[:, 1:].tolist()
 
     def dataset(self) -> xr.Dataset:
-        """Everything that was kept, in the units of the variables."""
+        """Everything that was recorded, in the units of the variables."""
         columns = iter(np.array(self._rows).reshape(-1, len(self._ends)).T)
         port_units = iter(self._port_units)
         data: dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, object]]] = {}

@@ -6,9 +6,9 @@ import sys
 from importlib.metadata import version
 
 from cyclopts import App, CycloptsError
-from rich.console import Console
 
-from scenarios.errors import RunError, SimulationError
+from scenarios.commands.terminal import Terminal
+from scenarios.errors import Interrupted, RunError, SimulationError
 
 BAD_INPUT, FAILED_RUN, INTERRUPTED = 2, 3, 130
 
@@ -54,18 +54,17 @@ def main(arguments: list[str] | None = None) -> int:
     int
         0; 2 for bad input; 3 for a run that failed on its way; 130 for one that was interrupted.
     """
-    errors = Console(stderr=True)
+    errors = Terminal.of_errors()
     try:
         app(arguments, exit_on_error=False, print_error=False, result_action="return_value")
     except CycloptsError as error:
-        errors.print(f"error: {error}", style="red", markup=False, highlight=False)
-        errors.print("softbody --help tells more", markup=False, highlight=False)
+        errors.error(str(error), "softbody --help tells more")
         return BAD_INPUT
     except RunError as error:
-        errors.print(f"error: {error}", style="red", markup=False, highlight=False)
-        return INTERRUPTED if isinstance(error.__cause__, KeyboardInterrupt) else FAILED_RUN
+        errors.error(str(error))
+        return INTERRUPTED if isinstance(error, Interrupted) else FAILED_RUN
     except SimulationError as error:
-        errors.print(f"error: {error}", style="red", markup=False, highlight=False)
+        errors.error(str(error))
         return BAD_INPUT
     except KeyboardInterrupt:
         return INTERRUPTED

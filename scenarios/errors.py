@@ -34,3 +34,7 @@ class RunError(SimulationError, RuntimeError):
     def __init__(self, message: str, dataset: xr.Dataset) -> None:
         super().__init__(message)
         self.dataset = dataset
+
+
+class Interrupted(RunError):
+    """A run was interrupted, by Ctrl-C; what was computed until then is in `dataset`."""

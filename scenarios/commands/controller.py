@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
 
-from cyclopts import App, Parameter
-from rich.console import Console
+from cyclopts import App
+from rich.markup import escape
 from rich.table import Table
 
 from cosim import Causality, FmuError
@@ -20,10 +19,11 @@ from cosim.controllers import (
 )
 from cosim.fmu.check import Check, PortUse, check_fmu
 from cosim.soft_body import body_ports
+from scenarios.commands.options import Output
+from scenarios.commands.terminal import Terminal
 from scenarios.errors import OutputError
-from scenarios.results.files import check_writable
-from scenarios.running.run import with_controller
-from scenarios.scene.catalogue import load
+from scenarios.results.files import check_writable, replacing
+from scenarios.scene.catalogue import draft
 
 controller_app = App(
     name="controller", help="Controllers: list them, start one, build it as an FMU, check an FMU."
@@ -33,10 +33,10 @@ controller_app = App(
 @controller_app.command(name="list")
 def list_() -> None:
     """List the controllers that ship."""
-    out = Console()
+    terminal = Terminal()
     for name in CONTROLLERS:
-        said = controller_source(name).read_text(encoding="utf-8").split('"""')[1]
-        out.print(f"{name:18}{said.splitlines()[0]}", highlight=False, soft_wrap=True)
+        description = controller_source(name).read_text(encoding="utf-8").split('"""')[1]
+        terminal.line(f"{name:18}{description.splitlines()[0]}")
 
 
 @controller_app.command(name="new")
@@ -53,19 +53,20 @@ def new(name: str, /) -> None:
     if path.exists():
         raise OutputError(f"{path} is there already; choose another name, or remove it first")
     check_writable(path, ".py")
-    path.write_text(text, encoding="utf-8")
-    out = Console()
-    out.print(f"wrote {path}, which works as it is. Next:", highlight=False, soft_wrap=True)
+    with replacing(path) as partial:
+        partial.write_text(text, encoding="utf-8")
+    terminal = Terminal()
+    terminal.line(f"wrote {path}, which works as it is. Next:")
     for command in (
         f"controller check {path}",
         f"run sphere-lung --controller {path}",
         f"controller build {path} -o {name}.fmu",
     ):
-        out.print(f"  softbody {command}", highlight=False, soft_wrap=True)
+        terminal.line(f"  softbody {command}")
 
 
 @controller_app.command(name="build")
-def build_(source: str, /, *, output: Annotated[Path, Parameter(name=["--output", "-o"])]) -> None:
+def build_(source: str, /, *, output: Output) -> None:
     """Write a controller as an FMU.
 
     Parameters
@@ -77,7 +78,7 @@ def build_(source: str, /, *, output: Annotated[Path, Parameter(name=["--output"
     """
     check_writable(output, ".fmu")
     path = Path(source) if source.endswith(".py") else controller_source(source)
-    Console().print(f"wrote {build(path, output)}", highlight=False, soft_wrap=True)
+    Terminal().line(f"wrote {build(path, output)}")
 
 
 @controller_app.command(name="check")
@@ -93,37 +94,38 @@ def check(fmu: str, /, *, scenario: str | None = None) -> None:
     """
     names = None
     if scenario is not None:
-        driven = with_controller(load(scenario), fmu).controller
+        driven = draft(scenario).with_controller(fmu).build().controller
         names = {} if driven is None else driven.ports
     if fmu in CONTROLLERS:
         path = controller_fmu(fmu)
     else:
         path = fmu_of(Path(fmu)) if fmu.endswith(".py") else Path(fmu)
-    found = check_fmu(path, body_ports(), names)
-    _show(Console(), fmu, found)
-    if not found.ok:
-        faults = sum(finding.fault for finding in found.findings)
+    report = check_fmu(path, body_ports(), names)
+    _show(Terminal(), fmu, report)
+    if not report.ok:
+        faults = sum(finding.fault for finding in report.findings)
         raise FmuError(
             f"{fmu} cannot drive a body: {faults} fault{'s' if faults > 1 else ''}, see above"
         )
 
 
-def _show(out: Console, fmu: str, found: Check) -> None:
-    if found.title:
-        out.print(f"{fmu}: {found.title}", highlight=False, markup=False, soft_wrap=True)
-    if found.ports:
+def _show(terminal: Terminal, fmu: str, report: Check) -> None:
+    if report.title:
+        terminal.line(f"{fmu}: {report.title}")
+    if report.ports:
         table = Table()
         for heading in ("port", "", "unit", "the body's", "conversion"):
             table.add_column(heading)
-        for use in found.ports:
-            table.add_row(*_row(use))
-        out.print(table, markup=False)
-    for finding in found.findings:
-        label = "[red]fault[/red]" if finding.fault else "note"
-        out.print(f"{label}: ", end="")
-        out.print(finding.text, highlight=False, markup=False, soft_wrap=True)
-    if found.ok:
-        out.print(f"ok: {fmu} can drive a body", highlight=False, markup=False, soft_wrap=True)
+        for use in report.ports:
+            table.add_row(*map(escape, _row(use)))
+        terminal.show(table)
+    for finding in report.findings:
+        if finding.fault:
+            terminal.line(finding.text, label="fault", style="red")
+        else:
+            terminal.line(finding.text, label="note")
+    if report.ok:
+        terminal.line(f"ok: {fmu} can drive a body")
 
 
 def _row(use: PortUse) -> tuple[str, ...]:

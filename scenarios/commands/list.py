@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from rich.console import Console
-
+from scenarios.commands.terminal import Terminal
 from scenarios.scene.shipped import shipped
 
 
 def list_() -> None:
     """List the scenarios that ship."""
-    out, scenarios = Console(), shipped()
+    terminal, scenarios = Terminal(), shipped()
     width = max(map(len, scenarios))
     for name in sorted(scenarios):
-        out.print(f"{name:{width}}  {scenarios[name].title}", highlight=False)
+        terminal.line(f"{name:{width}}  {scenarios[name].title}")

@@ -1,33 +1,76 @@
-"""What options of the command line say, as values."""
+"""Options that several commands have, and what their text says."""
 
 from __future__ import annotations
 
 import tomllib
 from collections.abc import Sequence
-from typing import Any
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import Parameter
 
 from cosim import UnitError, quantity
 from scenarios.errors import ScenarioError
-from scenarios.scene.catalogue import load
+from scenarios.scene.catalogue import draft
 from scenarios.scene.scenario import Scenario
 
+ScenarioName = Annotated[str, Parameter(help="A name from `softbody list`, or a TOML file.")]
 
-def chosen(scenario: str, assignments: Sequence[str], cycles: str | None = None) -> Scenario:
-    """Load a scenario with the changes that ``--set`` and ``--cycles`` ask for.
+ControllerName = Annotated[
+    str | None,
+    Parameter(
+        help="Another controller: a name from `softbody controller list`, an FMU, or a Python file."
+    ),
+]
+
+Changes = Annotated[
+    tuple[str, ...],
+    Parameter(
+        name="--set",
+        negative=(),
+        help='Change a value, such as --set forces.alpha=0.5 or --set "body.mass=0.4 kg". '
+        "May be repeated.",
+    ),
+]
+
+Output = Annotated[Path, Parameter(name=["--output", "-o"])]
+
+OptionalOutput = Annotated[Path | None, Parameter(name=["--output", "-o"])]
+
+Dataset = Annotated[
+    Output,
+    Parameter(help="The netCDF4 file to write; the picture gets the same name with .png."),
+]
+
+Plot = Annotated[bool, Parameter(help="Draw the picture.")]
+
+Quiet = Annotated[bool, Parameter(negative=(), help="Print nothing but errors.")]
+
+Flag = Annotated[bool, Parameter(negative=())]
+
+
+def build_scenario(
+    name: str,
+    changes: Sequence[str] = (),
+    cycles: str | None = None,
+    controller: str | None = None,
+) -> Scenario:
+    """Build a scenario as ``--set``, ``--cycles`` and ``--controller`` want it.
 
     Raises
     ------
     ScenarioError
         If an assignment cannot be read, or the scenario does not take it.
     """
-    changes: dict[str, Any] = dict(map(_assignment, assignments))
+    scenario = draft(name)
+    values: dict[str, Any] = dict(map(_assignment, changes))
+    if changes and "title" not in values:
+        # or a picture of another lung would bear this one's title
+        values["title"] = f"{scenario.title}; {', '.join(changes)}"
     if cycles is not None:
-        changes.update([_assignment(f"run.cycles={cycles}")])
-    loaded = load(scenario, changes)
-    if not assignments or "title" in changes:
-        return loaded
-    # or a picture of another lung would bear this one's title
-    return loaded.changed({"title": f"{loaded.title}; {', '.join(assignments)}"})
+        values.update([_assignment(f"run.cycles={cycles}")])
+    scenario = scenario.changed(values)
+    return (scenario if controller is None else scenario.with_controller(controller)).build()
 
 
 def _assignment(text: str) -> tuple[str, Any]:
@@ -41,7 +84,7 @@ def _assignment(text: str) -> tuple[str, Any]:
         return path.strip(), value.strip()
 
 
-def seconds(text: str, option: str) -> float:
+def read_seconds(text: str, option: str) -> float:
     """Read a time; `option` is for the message.
 
     Raises
@@ -55,7 +98,7 @@ def seconds(text: str, option: str) -> float:
         raise ScenarioError(f"{option}: {error}") from error
 
 
-def whole(text: str, option: str) -> int:
+def read_whole(text: str, option: str) -> int:
     """Read a whole number; `option` is for the message.
 
     Raises

@@ -3,30 +3,41 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated
 
 import xarray as xr
 from cyclopts import Parameter
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.markup import escape
+from rich.table import Table
 
+from scenarios.commands.options import Changes, Flag, Output, Quiet, build_scenario
+from scenarios.commands.terminal import Terminal
 from scenarios.errors import OutputError, RunError, ScenarioError
+from scenarios.results.files import replacing
 from scenarios.results.rendering.render import renderer
-from scenarios.studies.paper.scenes import STRIDES, Scenes, Tell
-from scenarios.studies.paper.statements import judge, markdown, show
-from scenarios.studies.paper.targets import ALL, Target, asked
+from scenarios.running.progress import StudyProgress, Watch
+from scenarios.studies.paper.scenes import STRIDES, Scenes
+from scenarios.studies.paper.statements import JudgedStatement, judge, markdown
+from scenarios.studies.paper.targets import ALL, Target, choose_targets
+
+EveryScene = Annotated[
+    Changes,
+    Parameter(
+        help="Change a value in every scene, such as --set mesh.lung=lung-right-770 for a quick "
+        "look. May be repeated."
+    ),
+]
 
 
 def reproduce_(
     *names: str,
-    output: Annotated[Path, Parameter(name=["--output", "-o"])] = Path("reproduced"),
-    set_: Annotated[tuple[str, ...], Parameter(name="--set", negative=())] = (),
+    output: Output = Path("reproduced"),
+    set_: EveryScene = (),
     cycles: str | None = None,
-    fresh: Annotated[bool, Parameter(negative=())] = False,
-    quiet: Annotated[bool, Parameter(negative=())] = False,
+    fresh: Flag = False,
+    quiet: Quiet = False,
 ) -> None:
     """Write the paper's figures and tables, and what becomes of its statements.
 
@@ -37,96 +48,93 @@ def reproduce_(
     output
         The folder for pictures, tables, statements.md, and the dataset of each scene. A scene whose
         dataset is there is not run again, unless its text or a library's version has changed.
-    set_
-        Change a value in every scene, such as --set mesh.lung=lung-right-770 for a quick look.
     cycles
         Number of breaths in every scene.
     fresh
         Run every scene, whatever the folder holds.
-    quiet
-        Print nothing but errors.
     """
-    targets = asked(names or [ALL])
+    targets = choose_targets(names or [ALL])
     _check_folder(output)
     if any(target.rendered for target in targets.values()):
         renderer()
-    out = Console(quiet=quiet)
-    scenes = Scenes(output, set_, cycles, fresh)
-    needed = list(dict.fromkeys(scene for t in targets.values() for scene in t.scenes))
-    scenes.check(needed)
-    with _bar(out) as tell:
-        for name in needed:
-            scenes.get(name, tell)
-        missing = _write(targets, scenes, tell)
-    known = {**scenes.datasets, **_from_before(scenes)}
-    verdicts = judge(known, scenes.failures)
-    path = output / "statements.md"
+    terminal = Terminal(quiet=quiet)
+    scenes = Scenes(output, lambda name: build_scenario(name, set_, cycles), fresh=fresh)
+    with terminal.study_bar(transient=True) as watch:
+        scenes.get_all([scene for target in targets.values() for scene in target.scenes], watch)
+        missing = _write(targets, scenes, watch)
     settings = [*set_, *([f"run.cycles={cycles}"] if cycles is not None else [])]
-    note = f"With other settings than the paper's: {', '.join(settings)}\n\n" if settings else ""
-    _written(path, lambda: path.write_text(note + markdown(verdicts), encoding="utf-8"))
-    out.print(note.rstrip(), highlight=False, markup=False, end="\n" if note else "")
-    show(out, verdicts)
-    out.print(
-        f"wrote {', '.join([*(n for n in targets if n not in missing), 'statements'])} to {output}",
-        highlight=False,
-        soft_wrap=True,
-    )
+    _report(terminal, scenes, settings)
+    written = ", ".join([*(name for name in targets if name not in missing), "statements"])
+    terminal.line(f"wrote {written} to {output}")
     if missing:
         raise _failure(scenes, missing)
 
 
-def _write(targets: Mapping[str, Target], scenes: Scenes, tell: Tell) -> dict[str, str]:
+def _write(targets: Mapping[str, Target], scenes: Scenes, watch: Watch) -> dict[str, str]:
     """Write each target whose scenes are there; return why the others are not written."""
     missing: dict[str, str] = {}
     for i, (name, target) in enumerate(targets.items()):
-        tell(f"drawing {name}", i / len(targets))
+        watch(StudyProgress(f"drawing {name}", i / len(targets), 1))
         failed = [scene for scene in target.scenes if scene in scenes.failures]
-        path = scenes.folder / f"{name}{target.suffix}"
         if failed:
             missing[name] = f"without {', '.join(failed)}"
             continue
         try:
-            _written(path, lambda: target.write(scenes.datasets, path))  # noqa: B023 - called now
+            with replacing(scenes.folder / f"{name}{target.suffix}") as path:
+                target.write(scenes.datasets, path)
         except ScenarioError as error:
             missing[name] = str(error)
     return missing
 
 
+def _report(terminal: Terminal, scenes: Scenes, settings: Sequence[str]) -> None:
+    """Write and print what becomes of the paper's statements."""
+    judged = judge({**scenes.datasets, **_from_before(scenes)}, scenes.failures)
+    note = f"With other settings than the paper's: {', '.join(settings)}" if settings else ""
+    with replacing(scenes.folder / "statements.md") as path:
+        path.write_text(f"{note}\n\n" * bool(note) + markdown(judged), encoding="utf-8")
+    if note:
+        terminal.line(note)
+    if judged:
+        terminal.show(table_of(judged))
+
+
+def table_of(judged: Sequence[JudgedStatement]) -> Table:
+    """Statements beside what was measured, for the terminal."""
+    table = Table(title="The paper's statements", show_lines=True)
+    for heading in ("where", "the paper says", "measured"):
+        table.add_column(heading, overflow="fold")
+    table.add_column("holds", justify="center")
+    for entry in judged:
+        statement, style = entry.statement, "green" if entry.measurement.holds else "red"
+        measured = escape(entry.measurement.measured)
+        table.add_row(statement.where, statement.says, measured, f"[{style}]{entry.answer}[/]")
+    return table
+
+
 def _from_before(scenes: Scenes) -> dict[str, xr.Dataset]:
     """Scenes that nobody asked for now, but whose datasets are there: for the statements."""
     others = [name for name in STRIDES if name not in {*scenes.datasets, *scenes.failures}]
-    found = {name: scenes.look(name) for name in others}
-    return {name: dataset for name, dataset in found.items() if dataset is not None}
+    datasets = {name: scenes.look(name) for name in others}
+    return {name: dataset for name, dataset in datasets.items() if dataset is not None}
 
 
 def _failure(scenes: Scenes, missing: Mapping[str, str]) -> RunError:
-    told = [f"scene {name} failed: {error}" for name, error in scenes.failures.items()]
-    told += [f"{name} is not written: {reason}" for name, reason in missing.items()]
+    reasons = [f"scene {name} failed: {error}" for name, error in scenes.failures.items()]
+    reasons += [f"{name} is not written: {reason}" for name, reason in missing.items()]
     datasets = (e.dataset for e in scenes.failures.values() if isinstance(e, RunError))
-    return RunError("; ".join(told), next(datasets, xr.Dataset()))
+    return RunError("; ".join(reasons), next(datasets, xr.Dataset()))
 
 
 def _check_folder(folder: Path) -> None:
     """Make the folder; raise `OutputError` unless files can be written in it."""
     if folder.exists() and not folder.is_dir():
         raise OutputError(f"output {folder} is a file; name a folder")
-    _written(folder, lambda: folder.mkdir(exist_ok=True))
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError as error:
+        raise OutputError(
+            f"output {folder} cannot be written: {error.strerror or error}"
+        ) from error
     if not os.access(folder, os.W_OK | os.X_OK):
         raise OutputError(f"output {folder}: nothing can be written in this folder")
-
-
-def _written(path: Path, write: Callable[[], object]) -> None:
-    try:
-        write()
-    except OutputError:
-        raise
-    except OSError as error:
-        raise OutputError(f"output {path} cannot be written: {error.strerror or error}") from error
-
-
-@contextmanager
-def _bar(console: Console) -> Iterator[Tell]:
-    columns = (BarColumn(bar_width=30), TimeElapsedColumn(), TextColumn("{task.description}"))
-    with Progress(*columns, console=console, disable=console.quiet, transient=True) as bar:
-        task = bar.add_task("", total=1.0)
-        yield lambda text, share: bar.update(task, description=text, completed=share)

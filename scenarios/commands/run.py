@@ -3,108 +3,109 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Final
+from typing import Any, Final
 
-from cyclopts import Parameter
-from rich.console import Console
-
-from scenarios.commands.options import chosen, seconds, whole
-from scenarios.commands.terminal import (
-    progress_bar,
-    show_breaths,
-    show_controller,
-    show_shape,
-    show_warnings,
+from scenarios.commands.options import (
+    Changes,
+    ControllerName,
+    Dataset,
+    Plot,
+    Quiet,
+    ScenarioName,
+    build_scenario,
+    read_seconds,
+    read_whole,
 )
-from scenarios.commands.trade_report import show_pick, trial_bar
+from scenarios.commands.run_report import show_controller, show_run, show_warnings
+from scenarios.commands.terminal import Terminal
+from scenarios.commands.trade_report import show_pick
 from scenarios.errors import RunError
 from scenarios.results.files import check_results, save_results
 from scenarios.results.plots import save_overview
 from scenarios.running.checkpoint import SUFFIX, Checkpoints
-from scenarios.running.run import run, with_controller
+from scenarios.running.run import run
+from scenarios.scene.scenario import Scenario
 from scenarios.studies.accuracy import pick
 
 _TOO_EARLY: Final = "the run ended before its first checkpoint, so there is nothing to resume"
 
 
 def run_(
-    scenario: str,
+    scenario: ScenarioName,
     /,
     *,
-    controller: str | None = None,
-    set_: Annotated[tuple[str, ...], Parameter(name="--set", negative=())] = (),
+    controller: ControllerName = None,
+    set_: Changes = (),
     cycles: str | None = None,
     accuracy: float | None = None,
-    output: Annotated[Path, Parameter(name=["--output", "-o"])] = Path("out.nc"),
+    output: Dataset = Path("out.nc"),
     positions: str | None = None,
     checkpoint: str | None = None,
-    plot: bool = True,
-    quiet: Annotated[bool, Parameter(negative=())] = False,
+    plot: Plot = True,
+    quiet: Quiet = False,
 ) -> None:
     """Run a scenario; write a dataset and a picture beside it.
 
     Parameters
     ----------
-    scenario
-        A name from `softbody list`, or a TOML file.
-    controller
-        Another controller: a name from `softbody controller list`, an FMU, or a Python file.
-    set_
-        Change a value, such as --set forces.alpha=0.5 or --set "body.mass=0.4 kg". May be repeated.
     cycles
         Number of breaths.
     accuracy
         Pick the cheapest integrator that keeps the volume within this share of its range, such as
         1e-3, by trying some on the first breath.
-    output
-        The netCDF4 file to write; the picture gets the same name with .png.
     positions
         Keep all point positions at this interval, such as "0.1 s".
     checkpoint
         Every so many communication steps, write what `softbody resume` goes on from, to a file
         with the output's name and .checkpoint. It is removed when the run is complete.
-    plot
-        Draw the picture.
-    quiet
-        Print nothing but errors.
     """
-    scene = chosen(scenario, set_, cycles)
-    every = None if positions is None else seconds(positions, "--positions")
+    scene = build_scenario(scenario, set_, cycles, controller)
+    every = None if positions is None else read_seconds(positions, "--positions")
     picture = check_results(output, plot=plot)
-    out = Console(quiet=quiet)
-    if controller is not None:
-        scene = with_controller(scene, controller)
-    attributes = {}
+    terminal = Terminal(quiet=quiet)
+    extra: dict[str, Any] = {}
     if accuracy is not None:
-        with trial_bar(out) as trying:
-            picked = pick(scene, accuracy, progress=trying)
-        scene = picked.scenario
-        attributes = {"accuracy_asked": accuracy, "error_estimate": picked.error}
-        show_pick(out, picked, accuracy)
-    checkpoints: Checkpoints | None = None
-    if checkpoint is not None:
-        steps = whole(checkpoint, "--checkpoint")
-        checkpoints = Checkpoints(output.with_suffix(SUFFIX), steps, attributes)
+        scene, extra = _pick(terminal, scene, accuracy)
+    checkpoints = _checkpoints(output, checkpoint, extra)
     failure: RunError | None = None
-    with progress_bar(out) as progress:
+    with terminal.run_bar() as progress:
         try:
             dataset = run(scene, positions_every=every, checkpoints=checkpoints, progress=progress)
         except RunError as error:
             failure, dataset = error, error.dataset
-    dataset.attrs |= attributes
-    written = save_results(dataset, output, picture, save_overview)
-    if scene.controller is None:
-        show_shape(out, dataset)
-    else:
-        show_breaths(out, dataset)
-        show_controller(out, scene.controller, scene.run.period)
-    show_warnings(out, dataset)
-    out.print(written, highlight=False, soft_wrap=True)
-    if failure is not None and checkpoints is not None:
-        there = checkpoints.path.exists()
-        said = f"go on with: softbody resume {checkpoints.path}" if there else _TOO_EARLY
-        out.print(said, highlight=False, soft_wrap=True)
+    written = save_results(dataset.assign_attrs(extra), output, picture, save_overview)
+    show_run(terminal, dataset)
+    if scene.controller is not None:
+        show_controller(terminal, scene.controller, scene.run.period)
+    show_warnings(terminal, dataset)
+    terminal.line(written)
+    if checkpoints is not None:
+        _leave(terminal, checkpoints.path, complete=failure is None)
     if failure is not None:
         raise failure
-    if checkpoints is not None:
-        checkpoints.path.unlink(missing_ok=True)
+
+
+def _pick(
+    terminal: Terminal, scenario: Scenario, accuracy: float
+) -> tuple[Scenario, dict[str, Any]]:
+    """Give the scenario the cheapest integrator that is accurate enough, and say which."""
+    with terminal.study_bar(transient=True) as trying:
+        picked = pick(scenario, accuracy, progress=trying)
+    show_pick(terminal, picked, accuracy)
+    return picked.scenario, {"accuracy_asked": accuracy, "error_estimate": picked.error}
+
+
+def _leave(terminal: Terminal, checkpoint: Path, *, complete: bool) -> None:
+    """Remove the checkpoint of a run that is complete, and say of another how to go on with it."""
+    if complete:
+        checkpoint.unlink(missing_ok=True)
+    elif checkpoint.exists():
+        terminal.line(f"go on with: softbody resume {checkpoint}")
+    else:
+        terminal.line(_TOO_EARLY)
+
+
+def _checkpoints(output: Path, every: str | None, extra: dict[str, Any]) -> Checkpoints | None:
+    if every is None:
+        return None
+    return Checkpoints(output.with_suffix(SUFFIX), read_whole(every, "--checkpoint"), extra)

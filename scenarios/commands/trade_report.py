@@ -1,97 +1,52 @@
-"""What the terminal shows of a trade: a progress bar, and the Pareto front."""
+"""What the terminal shows of a trade: the Pareto front, and the pick of an integrator."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterator
-from contextlib import contextmanager
+from collections.abc import Hashable
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from rich.box import SIMPLE_HEAD
-from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from scenarios.commands.terminal import Terminal
 from scenarios.running.run import COMPLETED
-from scenarios.running.run import Progress as RunProgress
 from scenarios.studies.accuracy import Pick
-from scenarios.studies.trade.axes import named, told
-from scenarios.studies.trade.grid import GridProgress
 from scenarios.studies.trade.pareto import at_most, floor, front
+from scenarios.studies.trade.result import is_mesh
+from scenarios.studies.trade.settings import in_words, value_text
 
 _HEADINGS = ("error", "end-exp.\n(mL)", "× real\ntime", "force\nevaluations", "linear\nsolves")
 
 
-@contextmanager
-def grid_bar(console: Console) -> Iterator[Callable[[GridProgress], None]]:
-    """Show which cell runs, and how many are done."""
-    columns = (
-        BarColumn(bar_width=20),
-        TextColumn("{task.fields[runs]}"),
-        TimeElapsedColumn(),
-        TextColumn("{task.fields[cell]}"),
-    )
-    with Progress(*columns, console=console, disable=console.quiet) as bar:
-        task = bar.add_task("trade", total=None, runs="", cell="", visible=False)
-
-        def show(at: GridProgress) -> None:
-            runs = f"run {min(int(at.done) + 1, at.total)} of {at.total}"
-            bar.update(
-                task, total=at.total, completed=at.done, runs=runs, cell=at.name, visible=True
-            )
-
-        yield show
-
-
-@contextmanager
-def trial_bar(console: Console) -> Iterator[Callable[[str, RunProgress], None]]:
-    """Show which integrator is tried, and how far it is."""
-    columns = (
-        BarColumn(bar_width=20),
-        TextColumn("trying {task.fields[name]}"),
-        TimeElapsedColumn(),
-    )
-    with Progress(*columns, console=console, disable=console.quiet, transient=True) as bar:
-        task = bar.add_task("pick", total=1.0, name="", visible=False)
-
-        def show(name: str, at: RunProgress) -> None:
-            bar.update(task, completed=at.time / at.duration, name=name, visible=True)
-
-        yield show
-
-
-def show_pick(console: Console, picked: Pick, accuracy: float) -> None:
+def show_pick(terminal: Terminal, picked: Pick, accuracy: float) -> None:
     """Say which integrator was picked, how far off it should be, and how to have it again."""
     table = ", ".join(
         f"{key} = {value!r}" if isinstance(value, float) else f'{key} = "{value}"'
         for key, value in picked.integrator.items()
     )
     if picked.error > accuracy:
-        console.print(
-            f"warning: nothing tried holds {accuracy:g}. A controller that reacts too hard to what "
+        terminal.line(
+            f"nothing tried holds {accuracy:g}. A controller that reacts too hard to what "
             "it samples makes small errors large: look at its band, or at the airway's resistance",
+            label="warning",
             style="yellow",
-            highlight=False,
-            markup=False,
         )
-    console.print(
+    terminal.line(
         f"picked {picked.name}: estimated error {picked.error:.1e} of the volume's range, the "
         f"cheapest good one of {len(picked.tried)} tried on the first breath. The same without "
-        f"trying: --set 'integrator = {{{table}}}'",
-        highlight=False,
-        markup=False,
-        soft_wrap=True,
+        f"trying: --set 'integrator = {{{table}}}'"
     )
 
 
-def show_trade(console: Console, dataset: xr.Dataset, *, every: bool = False) -> None:
+def show_trade(terminal: Terminal, dataset: xr.Dataset, *, every: bool = False) -> None:
     """Print the Pareto front by cost, or every cell; what failed; how good the reference is.
 
     Parameters
     ----------
-    console : Console
+    terminal : Terminal
         Where to.
     dataset : xarray.Dataset
         Of `scenarios.trade`.
@@ -114,21 +69,23 @@ def show_trade(console: Console, dataset: xr.Dataset, *, every: bool = False) ->
     table.add_column()
     for name in axes:
         table.add_column(
-            name.replace("_", " "), min_width=max(map(len, map(told, cells[name].values)))
+            name.replace("_", " "), min_width=max(map(len, map(value_text, cells[name].values)))
         )
     for heading in _HEADINGS:
         table.add_column(heading, justify="right")
     for row in shown:
         star = "*" if row["front"] else ""
-        table.add_row(star, *(told(row[name]) for name in axes), *_numbers(row, floor(dataset)))
-    console.print(table)
+        table.add_row(
+            star, *(value_text(row[name]) for name in axes), *_numbers(row, floor(dataset))
+        )
+    terminal.show(table)
     for row in rows:
         if row["status"] != COMPLETED:
-            setting = named({name: row[name] for name in axes})
-            console.print(f"{setting}: {row['status']}", highlight=False, markup=False)
-    console.print(_about_reference(dataset), highlight=False, markup=False)
-    if "points_change" in dataset:
-        console.print(_about_points(dataset), highlight=False, markup=False)
+            setting = in_words({name: row[name] for name in axes})
+            terminal.line(f"{setting}: {row['status']}")
+    terminal.line(_about_reference(dataset))
+    for name in filter(is_mesh, axes):
+        terminal.line(_about_meshes(dataset, name))
 
 
 def _numbers(row: dict[Hashable, Any], smallest: float) -> list[str]:
@@ -152,14 +109,13 @@ def _about_reference(dataset: xr.Dataset) -> str:
     )
 
 
-def _about_points(dataset: xr.Dataset) -> str:
-    points = dataset["points"].to_numpy()
-    changes = dataset["points_change"].to_numpy()
-    said = ", ".join(
-        f"{change:.1e} from {coarse} to {fine} points"
-        for change, coarse, fine in zip(changes[:-1], points[:-1], points[1:], strict=True)
+def _about_meshes(dataset: xr.Dataset, axis: str) -> str:
+    sizes, changes = dataset[axis].to_numpy(), dataset[f"{axis}_change"].to_numpy()
+    steps = ", ".join(
+        f"{change:.1e} from {coarse} to {fine} {axis}"
+        for change, coarse, fine in zip(changes[:-1], sizes[:-1], sizes[1:], strict=True)
     )
-    order = dataset.attrs.get("points_order", np.nan)
+    order = dataset.attrs.get(f"{axis}_order", np.nan)
     if np.isnan(order):
-        return f"change of the converged volume: {said or 'none'}; an order takes three meshes"
-    return f"change of the converged volume: {said}; order {order:.2f} in the edge length"
+        return f"change of the converged volume: {steps or 'none'}; an order takes three meshes"
+    return f"change of the converged volume: {steps}; order {order:.2f} in the edge length"

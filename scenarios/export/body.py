@@ -84,8 +84,8 @@ def export_fmu(
     return platforms_of(path)
 
 
-def _converted(value: float, own: str, wanted: str | None) -> float:
+def _converted(value: float, unit_of_value: str, wanted: str | None) -> float:
     if wanted is None:
         return value
-    factor, offset = unit(own).conversion_to(unit(wanted))
+    factor, offset = unit(unit_of_value).conversion_to(unit(wanted))
     return factor * value + offset

@@ -53,7 +53,7 @@ def pack(scenario: Scenario, folder: Path) -> list[Path]:
     # A host may change a number of the integrator, which has to be named then.
     changes = {"integrator.method": integrator_name(scenario)}
     meshes = {"mesh": scenario.mesh}
-    meshes |= {f"obstacles.{one.name}.mesh": one.mesh for one in scenario.obstacles}
+    meshes |= {f"obstacles.{obstacle.name}.mesh": obstacle.mesh for obstacle in scenario.obstacles}
     files = []
     for number, (path, mesh) in enumerate(meshes.items()):
         if mesh.file is not None:

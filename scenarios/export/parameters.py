@@ -30,7 +30,9 @@ def exported_parameters(scenario: Scenario) -> list[Variable]:
     Each bears the path by which ``--set`` changes it, such as ``forces.mass_spring.stiffness``.
     """
     return [
-        _variable(f"{path}.{name}", getattr(owner, name), quantity, _said(type(owner), name))
+        _variable(
+            f"{path}.{name}", getattr(owner, name), quantity, _description_of(type(owner), name)
+        )
         for path, owner in _parts(scenario).items()
         for name, quantity in quantities_of(type(owner)).items()
         if isinstance(getattr(owner, name), float | int)
@@ -47,7 +49,7 @@ def _parts(scenario: Scenario) -> dict[str, Any]:
     return {path: part for path, part in scenario.parts() if _OF_THE_BODY.fullmatch(path)}
 
 
-def _variable(path: str, value: float | int, quantity: Quantity, said: str) -> Variable:
+def _variable(path: str, value: float | int, quantity: Quantity, description: str) -> Variable:
     lowest, highest = quantity.at_least, None
     if quantity.above is not None:
         lowest = _LEAST if quantity.above == 0 else math.nextafter(quantity.above, math.inf)
@@ -55,17 +57,19 @@ def _variable(path: str, value: float | int, quantity: Quantity, said: str) -> V
         highest = math.nextafter(quantity.below, -math.inf)
     if isinstance(value, int):
         lowest = None if lowest is None else math.ceil(lowest)
-        return Variable(path, "parameter", said, None, value, lowest, highest)
+        return Variable(path, "parameter", description, None, value, lowest, highest)
     unit = quantity.unit.replace("^", "")
-    return Variable(path, "parameter", said, unit, value, lowest, highest)
+    return Variable(path, "parameter", description, unit, value, lowest, highest)
 
 
-def _said(owner: type[Any], name: str) -> str:
+def _description_of(owner: type[Any], name: str) -> str:
     """First sentence of what the class, or one that it derives from, says of a field."""
     if owner is Weights:
         return f"weight of {Control(name).name.lower()} control"
     texts = [inspect.getdoc(kind) or "" for kind in owner.__mro__ if is_dataclass(kind)]
     entry = rf"^{name} : .*\n((?:    .*\n?)+)"
-    found = (re.search(entry, text, re.MULTILINE) for text in texts)
-    said = next((match[1] for match in found if match is not None), texts[0].partition("\n\n")[0])
-    return re.split(r"\.(?: |$)", " ".join(said.split()))[0]
+    entries = (re.search(entry, text, re.MULTILINE) for text in texts)
+    description = next(
+        (match[1] for match in entries if match is not None), texts[0].partition("\n\n")[0]
+    )
+    return re.split(r"\.(?: |$)", " ".join(description.split()))[0]

@@ -52,8 +52,8 @@ def export_ssp(scenario: Scenario, path: Path) -> list[str]:
     ScenarioError, MeshError, FmuError, WiringError
         If there is no controller, or body, controller or their connections are not as expected.
     """
-    chosen = scenario.controller
-    if chosen is None:
+    settings = scenario.controller
+    if settings is None:
         raise ScenarioError(
             f"scenario {scenario.name} has no controller to wire: its inputs are held (table "
             "[inputs]); export its body with `softbody export fmu`"
@@ -65,15 +65,15 @@ def export_ssp(scenario: Scenario, path: Path) -> list[str]:
         )
     body = SoftBodyParticipant(build_body(scenario), inputs=scenario.inputs)
     controller = FmuParticipant(
-        controller_path(chosen, scenario.folder),
+        controller_path(settings, scenario.folder),
         "controller",
-        chosen.parameters,
-        run_as=chosen.isolation.run_as,
+        settings.parameters,
+        run_as=settings.isolation.run_as,
     )
     try:
-        controller.ports = with_units(controller.ports, chosen.ports)
+        controller.ports = with_units(controller.ports, settings.ports)
         controller.check_step(scenario.coupling.step)
-        connections = connect(controller, body.ports, chosen.ports)
+        connections = connect(controller, body.ports, settings.ports)
         Wiring([controller, body], connections)  # refuses units that do not fit
     finally:
         controller.close()
@@ -81,8 +81,8 @@ def export_ssp(scenario: Scenario, path: Path) -> list[str]:
     with tempfile.TemporaryDirectory(prefix="softbody-export-") as name:
         body_fmu = Path(name) / "body.fmu"
         platforms = export_fmu(scenario, body_fmu, units)
-        bound = bound_parameters(controller.path, chosen.parameters)
-        fmu = _controller_fmu(chosen, scenario.folder, controller.path, bound, Path(name))
+        bound = bound_parameters(controller.path, settings.parameters)
+        fmu = _controller_fmu(settings, scenario.folder, controller.path, bound, Path(name))
         components = [
             Component("controller", fmu, controller.ports, bound),
             Component("body", body_fmu, _with_units(body.ports, units)),
@@ -99,12 +99,12 @@ def _units_of_body(
     units: dict[str, str] = {}
     for connection in connections:
         ends = [connection.source.partition("."), connection.target.partition(".")]
-        own, other = ends if ends[0][0] == "body" else ends[::-1]
+        body, other = ends if ends[0][0] == "body" else ends[::-1]
         symbol = _symbol(controller[other[2]])
-        if units.setdefault(own[2], symbol) != symbol:
+        if units.setdefault(body[2], symbol) != symbol:
             raise WiringError(
-                f"connection {connection}: the controller takes the body's {own[2]} in "
-                f"{units[own[2]]!r} too; an SSP that all masters read alike has one unit for it"
+                f"connection {connection}: the controller takes the body's {body[2]} in "
+                f"{units[body[2]]!r} too; an SSP that all masters read alike has one unit for it"
             )
     return units
 
@@ -140,6 +140,6 @@ def _controller_fmu(
     """FMU of a controller: that which is there, or one with other start values."""
     if controller.use.endswith(".fmu") or not parameters:
         return fmu
-    starts = {one.variable.name: one.values[0] for one in parameters}
+    starts = {assignment.variable.name: assignment.values[0] for assignment in parameters}
     source = where / controller.use if controller.is_file else controller_source(controller.use)
     return build_configured(source, starts, folder / "controller.fmu")

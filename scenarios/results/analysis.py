@@ -56,6 +56,20 @@ def breaths(dataset: xr.Dataset) -> xr.Dataset:
     )
 
 
+def whole_breaths(dataset: xr.Dataset) -> xr.Dataset:
+    """Volumes of each breath, as `breaths` gives them.
+
+    Raises
+    ------
+    ScenarioError
+        If the run has no complete breath.
+    """
+    volumes = breaths(dataset)
+    if volumes.sizes["breath"] == 0:
+        raise ScenarioError("the run has no complete breath; give it at least one cycle")
+    return volumes
+
+
 def _breath_bounds(dataset: xr.Dataset) -> NDArray[np.int64]:
     """Indices at which breaths begin and end."""
     last = dataset.sizes["time"] - 1
@@ -127,10 +141,10 @@ def fit_compartment(dataset: xr.Dataset) -> Compartment:
     ScenarioError
         If pressure, flow and volume do not determine the three numbers.
     """
-    seen = dataset.isel(time=slice(1, None))
-    volume = seen["volume"].to_numpy()
-    columns = np.stack([seen["flow"].to_numpy(), volume, np.ones_like(volume)], axis=1)
-    solution, _, rank, _ = np.linalg.lstsq(columns, seen["pressure"].to_numpy())
+    moving = dataset.isel(time=slice(1, None))
+    volume = moving["volume"].to_numpy()
+    columns = np.stack([moving["flow"].to_numpy(), volume, np.ones_like(volume)], axis=1)
+    solution, _, rank, _ = np.linalg.lstsq(columns, moving["pressure"].to_numpy())
     if rank < 3 or solution[1] <= 0:
         raise ScenarioError(
             "pressure, flow and volume of this run do not determine a resistance and a compliance; "

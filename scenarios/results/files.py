@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import xarray as xr
 
 from scenarios.errors import OutputError
+from softbody_core import SimulationError
 
 _COMPRESSED = {"zlib": True, "complevel": 4}
 
@@ -36,8 +38,38 @@ def check_writable(path: Path, suffix: str) -> None:
         raise OutputError(f"output {path} cannot be written: {error.strerror}") from error
 
 
+@contextmanager
+def replacing(path: Path, what: str = "output") -> Iterator[Path]:
+    """Give a place beside `path` to write to; what is there becomes `path` when it is whole.
+
+    Until then an older file at `path` stays as it is. Everything that writes files does it so.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    what : str
+        What it is, for the message.
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written.
+    """
+    partial = path.with_name(f".{path.stem}.{os.getpid()}.partial{path.suffix}")
+    try:
+        yield partial
+        partial.replace(path)
+    except SimulationError:
+        raise
+    except OSError as error:
+        raise OutputError(f"{what} {path} cannot be written: {error.strerror or error}") from error
+    finally:
+        partial.unlink(missing_ok=True)
+
+
 def save(dataset: xr.Dataset, path: Path) -> None:
-    """Write a dataset as netCDF4; an older file there is replaced only when the new one is whole.
+    """Write a dataset as netCDF4.
 
     Raises
     ------
@@ -46,12 +78,10 @@ def save(dataset: xr.Dataset, path: Path) -> None:
     """
     large = [name for name, variable in dataset.items() if "snapshot" in variable.dims]
     encoding = dict.fromkeys(large, _COMPRESSED)
-    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
     try:
-        dataset.to_netcdf(partial, engine="netcdf4", format="NETCDF4", encoding=encoding)
-        partial.replace(path)
-    except (OSError, ValueError) as error:  # ValueError: a name or a value that no file takes
-        partial.unlink(missing_ok=True)
+        with replacing(path) as partial:
+            dataset.to_netcdf(partial, engine="netcdf4", format="NETCDF4", encoding=encoding)
+    except ValueError as error:  # a name or a value that no file takes
         raise OutputError(f"output {path} cannot be written: {error}") from error
 
 
@@ -81,5 +111,6 @@ def save_results(
     save(dataset, output)
     if picture is None:
         return f"wrote {output}"
-    draw(dataset, picture)
+    with replacing(picture) as partial:
+        draw(dataset, partial)
     return f"wrote {output} and {picture}"

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import curve_fit
 
 from scenarios.errors import ScenarioError
-from scenarios.studies.paper.scenes import whole_breaths
+from scenarios.results.analysis import whole_breaths
 
 
 def sigmoid(pressure: ArrayLike, a: float, b: float, c: float, d: float) -> NDArray[np.float64]:
@@ -54,11 +54,11 @@ class SigmoidFit:
 
     def __str__(self) -> str:
         units = dict.fromkeys("ab", "L") | dict.fromkeys("cd", "cmH2O")
-        said = (
+        numbers = (
             f"{key} = {self.values[key]:.3f} ± {self.errors[key]:.3f} {units[key]}"
             for key in self.values
         )
-        return f"{', '.join(said)}, R² = {self.r_squared:.5f}"
+        return f"{', '.join(numbers)}, R² = {self.r_squared:.5f}"
 
 
 def fit_sigmoid(pressure: ArrayLike, volume: ArrayLike) -> SigmoidFit:
@@ -89,14 +89,14 @@ def fit_sigmoid(pressure: ArrayLike, volume: ArrayLike) -> SigmoidFit:
         [v.max(), 10 * breath, p.max(), 2 * swing],
     )
     start = (v.min(), breath, p.min() + swing / 2, swing / 8)
-    found, covariance = curve_fit(sigmoid, p, v, p0=start, bounds=bounds, x_scale="jac")
-    residual = v - sigmoid(p, *found)
+    fitted, covariance = curve_fit(sigmoid, p, v, p0=start, bounds=bounds, x_scale="jac")
+    residual = v - sigmoid(p, *fitted)
     names = ("a", "b", "c", "d")
     return SigmoidFit(
-        dict(zip(names, found.tolist(), strict=True)),
+        dict(zip(names, fitted.tolist(), strict=True)),
         dict(zip(names, np.sqrt(np.diag(covariance)).tolist(), strict=True)),
         float(1 - residual @ residual / np.sum((v - v.mean()) ** 2)),
-        bool(p.min() + 1e-3 * swing < found[2] < p.max() - 1e-3 * swing),
+        bool(p.min() + 1e-3 * swing < fitted[2] < p.max() - 1e-3 * swing),
     )
 
 

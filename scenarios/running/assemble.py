@@ -74,8 +74,8 @@ def build_body(scenario: Scenario) -> SoftBody:
 def build_participants(scenario: Scenario) -> list[SoftBodyParticipant]:
     """Make all bodies of a scenario; a single one is named "body"."""
     return [
-        SoftBodyParticipant(build_body(own), name, inputs=scenario.inputs)
-        for name, own in (scenario.bodies or {"body": scenario}).items()
+        SoftBodyParticipant(build_body(body), name, inputs=scenario.inputs)
+        for name, body in (scenario.bodies or {"body": scenario}).items()
     ]
 
 
@@ -179,9 +179,9 @@ def connect(
     if matching.faults:
         raise WiringError(f"FMU {fmu.path} {matching.faults[0]}")
     connections = []
-    for variable, own in matching.pairs:
-        ends = [f"{body}.{own}" for body in bodies]
-        if body_ports[own].causality is Causality.INPUT:
+    for variable, port in matching.pairs:
+        ends = [f"{body}.{port}" for body in bodies]
+        if body_ports[port].causality is Causality.INPUT:
             connections += [Connection(f"{fmu.name}.{variable}", end) for end in ends]
         else:
             connections.append(Connection(ends[0], f"{fmu.name}.{variable}", tuple(ends[1:])))

@@ -1,7 +1,7 @@
 """Checkpoints: everything that a run needs to go on in another process, in one file.
 
-The file is a NumPy archive (.npz) without pickled objects. It holds plain arrays, what the
-participants dumped, and a header in JSON. It is replaced at once, so that a run that is killed
+The file is a NumPy archive (.npz) without pickled objects. It holds plain arrays, the states of the
+participants as bytes, and a header in JSON. It is replaced at once, so that a run that is killed
 leaves a whole one.
 """
 
@@ -11,7 +11,7 @@ import json
 import os
 import zipfile
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
@@ -19,7 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cosim.loop import DumpedLoop
-from scenarios.errors import CheckpointError, OutputError
+from scenarios.errors import CheckpointError
+from scenarios.results.files import replacing
+from scenarios.running.provenance import Provenance
 
 SUFFIX: Final = ".checkpoint"
 
@@ -55,31 +57,64 @@ class Checkpoints:
                 "of them, 1 or more"
             )
 
+    def due(self, steps: int) -> bool:
+        """Whether one is written after so many communication steps."""
+        return steps > 0 and steps % self.every == 0
+
+    def write(self, provenance: Provenance, state: SessionState) -> None:
+        """Write one; the one before is replaced only when this one is whole.
+
+        Raises
+        ------
+        OutputError
+            If the file cannot be written.
+        """
+        write(self.path, Checkpoint(provenance, state, self.every, self.attributes))
+
 
 @dataclass(frozen=True)
-class Kept:
-    """What a checkpoint holds.
+class SessionState:
+    """Where a run stands.
 
     Attributes
     ----------
-    name, scenario : str
-        Name and text of the scenario, with paths that hold everywhere.
     loop : DumpedLoop
         The co-simulation.
     arrays : mapping
         What was recorded so far.
-    about : mapping
-        The rest, as JSON holds it: the controller's hash, versions, wall time, and options.
+    wall_time : float
+        Computing time so far, s.
+    warnings : sequence of str
+        What the controller's FMU warned of so far.
     """
 
-    name: str
-    scenario: str
     loop: DumpedLoop
     arrays: Mapping[str, NDArray[np.float64]]
-    about: Mapping[str, Any]
+    wall_time: float
+    warnings: list[str]
 
 
-def write(path: Path, kept: Kept) -> None:
+@dataclass(frozen=True)
+class Checkpoint:
+    """What a checkpoint holds.
+
+    Attributes
+    ----------
+    provenance : Provenance
+        Of the run.
+    state : SessionState
+        Where it stands.
+    every, attributes
+        As of `Checkpoints`.
+    """
+
+    provenance: Provenance
+    state: SessionState
+    every: int
+    attributes: Mapping[str, Any]
+
+
+def write(path: Path, checkpoint: Checkpoint) -> None:
     """Write a checkpoint; an older one there is replaced only when the new one is whole.
 
     Raises
@@ -87,34 +122,31 @@ def write(path: Path, kept: Kept) -> None:
     OutputError
         If the file cannot be written.
     """
+    state = checkpoint.state
     header = {
-        "name": kept.name,
-        "scenario": kept.scenario,
-        "index": kept.loop.index,
-        "memory": kept.loop.memory,
-        "about": kept.about,
+        "provenance": asdict(checkpoint.provenance),
+        "every": checkpoint.every,
+        "attributes": dict(checkpoint.attributes),
+        "index": state.loop.index,
+        "memory": state.loop.memory,
+        "wall_time": state.wall_time,
+        "warnings": state.warnings,
     }
     entries: dict[str, Any] = {
         _HEADER: np.frombuffer(json.dumps(header).encode(), np.uint8),
-        **{_ARRAY + name: values for name, values in kept.arrays.items()},
+        **{_ARRAY + name: values for name, values in state.arrays.items()},
         **{
-            _PARTICIPANT + name: np.frombuffer(state, np.uint8)
-            for name, state in kept.loop.participants.items()
+            _PARTICIPANT + name: np.frombuffer(data, np.uint8)
+            for name, data in state.loop.participants.items()
         },
     }
-    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
-    try:
-        with partial.open("wb") as file:
-            np.savez(file, allow_pickle=False, **entries)
-            file.flush()
-            os.fsync(file.fileno())
-        partial.replace(path)
-    except OSError as error:
-        partial.unlink(missing_ok=True)
-        raise OutputError(f"checkpoint {path} cannot be written: {error}") from error
+    with replacing(path, "checkpoint") as partial, partial.open("wb") as file:
+        np.savez(file, allow_pickle=False, **entries)
+        file.flush()
+        os.fsync(file.fileno())
 
 
-def read(path: Path) -> Kept:
+def read(path: Path) -> Checkpoint:
     """Read a checkpoint.
 
     Raises
@@ -126,18 +158,18 @@ def read(path: Path) -> Kept:
         with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
             entries = dict(archive)  # a zip file: each entry is checked against its CRC
         header = json.loads(entries.pop(_HEADER).tobytes())
-        states = {
-            name.removeprefix(_PARTICIPANT): values.tobytes()
-            for name, values in entries.items()
-            if name.startswith(_PARTICIPANT)
-        }
-        arrays = {
-            name.removeprefix(_ARRAY): values
-            for name, values in entries.items()
-            if name.startswith(_ARRAY)
-        }
-        loop = DumpedLoop(header["index"], states, header["memory"])
-        return Kept(header["name"], header["scenario"], loop, arrays, header["about"])
+        states = {name: values.tobytes() for name, values in _named(entries, _PARTICIPANT)}
+        return Checkpoint(
+            Provenance(**header["provenance"]),
+            SessionState(
+                DumpedLoop(header["index"], states, header["memory"]),
+                dict(_named(entries, _ARRAY)),
+                header["wall_time"],
+                header["warnings"],
+            ),
+            header["every"],
+            header["attributes"],
+        )
     except FileNotFoundError as error:
         raise CheckpointError(
             f"checkpoint {path} does not exist; softbody run … --checkpoint N writes one"
@@ -147,3 +179,12 @@ def read(path: Path) -> Kept:
             f"checkpoint {path} cannot be read ({error}): it is damaged, or no checkpoint; run the "
             "scenario again"
         ) from error
+
+
+def _named(entries: Mapping[str, NDArray[Any]], prefix: str) -> list[tuple[str, NDArray[Any]]]:
+    """Entries whose names begin with a prefix, without it."""
+    return [
+        (name.removeprefix(prefix), values)
+        for name, values in entries.items()
+        if name.startswith(prefix)
+    ]

@@ -2,73 +2,26 @@
 
 from __future__ import annotations
 
-import dataclasses
-import hashlib
 import json
-import platform
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from importlib.metadata import version
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Final
 
 import xarray as xr
 
-from cosim import FmuParticipant, SoftBodyParticipant
-from cosim.fmu.isolation import open_fmu
 from cosim.loop import require_dump
-from cosim.matching import with_units
-from scenarios.errors import CheckpointError, RunError, ScenarioError
-from scenarios.running.assemble import build_participants, controller_path
-from scenarios.running.checkpoint import Checkpoints, Kept, read, write
+from scenarios.errors import CheckpointError, Interrupted, RunError
+from scenarios.running.checkpoint import Checkpoints, read
+from scenarios.running.machine import machine, versions
+from scenarios.running.participants import open_participants
+from scenarios.running.progress import Progress, unwatched
+from scenarios.running.provenance import Provenance
 from scenarios.running.session import Session
-from scenarios.scene.controller import Controller
 from scenarios.scene.parse import parse
 from scenarios.scene.scenario import Scenario
-from softbody_core import SimulationError, Work
+from softbody_core import SimulationError
 
 COMPLETED: Final = "completed"
-
-_PACKAGES: Final = [
-    "softbody-cosim",
-    "numpy",
-    "scipy",
-    "fmpy",
-    "trimesh",
-    "libigl",
-    "xarray",
-    "netCDF4",
-    "pythonfmu",
-]
-
-
-@dataclass(frozen=True)
-class Progress:
-    """How far a run has come.
-
-    Attributes
-    ----------
-    time, duration : float
-        Simulated so far, and in all, s.
-    wall_time : float
-        Computing time so far, s.
-    work : Work
-        What the integrator has done so far.
-    """
-
-    time: float
-    duration: float
-    wall_time: float
-    work: Work
-
-
-@dataclass(frozen=True)
-class _Options:
-    """What is asked of a run beside its scenario; see `run`."""
-
-    positions_every: float | None
-    checkpoints: Checkpoints | None
-    progress: Callable[[Progress], None] | None
 
 
 def run(
@@ -106,17 +59,32 @@ def run(
         If the scenario cannot start.
     RunError
         If the run ended early, by divergence or a failing FMU; its ``dataset`` holds the good part.
+        It is an `Interrupted` where someone interrupted it.
     """
     if controller is not None:
-        scenario = with_controller(scenario, controller)
-    return _start(scenario, _Options(positions_every, checkpoints, progress))
+        scenario = scenario.draft.with_controller(controller).build(si=True)
+    with open_participants(scenario) as participants:
+        session = Session(scenario, participants, positions_every)
+        if checkpoints is not None:
+            require_dump(participants.all)
+        fmu = participants.controller
+        provenance = Provenance(
+            scenario.name,
+            scenario.portable_text,
+            positions_every,
+            None if fmu is None else fmu.sha256,
+            versions(),
+            machine(),
+        )
+        return _advance_to_the_end(session, provenance, checkpoints, progress or unwatched)
 
 
 def resume(path: str | Path, *, progress: Callable[[Progress], None] | None = None) -> xr.Dataset:
     """Go on with a run from its checkpoint, and return the dataset of the whole.
 
     It is the dataset of the unbroken run to the bit, but for ``wall_time``. With other versions of
-    libraries, bits may differ from there on; they are then in the attribute ``resumed_with``.
+    libraries, or on another machine, bits may differ from there on; these are then in the attribute
+    ``resumed_with``.
 
     Parameters
     ----------
@@ -133,139 +101,62 @@ def resume(path: str | Path, *, progress: Callable[[Progress], None] | None = No
     RunError
         As `run` does.
     """
-    kept = read(Path(path))
-    written = kept.about["versions"]["softbody-cosim"]
+    checkpoint = read(Path(path))
+    provenance = checkpoint.provenance
+    written = provenance.versions["softbody-cosim"]
     if written != versions()["softbody-cosim"]:
         raise CheckpointError(
             f"checkpoint {path} was written by softbody-cosim {written}, and this is "
             f"{versions()['softbody-cosim']}; resume it with that version"
         )
-    scenario = parse(kept.name, kept.scenario, Path.cwd())
-    about = kept.about
-    checkpoints = Checkpoints(Path(path), about["every"], about["attributes"])
-    return _start(scenario, _Options(about["positions_every"], checkpoints, progress), kept)
+    scenario = parse(provenance.scenario_name, provenance.scenario, Path.cwd())
+    checkpoints = Checkpoints(Path(path), checkpoint.every, checkpoint.attributes)
+    with open_participants(scenario, provenance.controller_sha256) as participants:
+        session = Session(scenario, participants, provenance.positions_every)
+        require_dump(participants.all)
+        session.deserialize(checkpoint.state)
+        return _advance_to_the_end(session, provenance, checkpoints, progress or unwatched)
 
 
-def _start(scenario: Scenario, options: _Options, kept: Kept | None = None) -> xr.Dataset:
-    """Open what the scenario needs, run it, and close it."""
-    bodies = build_participants(scenario)
-    chosen = scenario.controller
-    if chosen is None:
-        return _run(scenario, bodies, None, options, kept)
-    path = controller_path(chosen, scenario.folder)
-    if kept is not None and path.is_file():
-        _check_controller(path, kept.about["controller_sha256"])
-    fmu = open_fmu(
-        path,
-        "controller",
-        chosen.parameters,
-        run_as=chosen.isolation.run_as,
-        isolation=chosen.isolation.isolation,
-        time_limit=chosen.isolation.time_limit,
-    )
-    try:
-        fmu.ports = with_units(fmu.ports, chosen.ports)
-        fmu.check_step(scenario.coupling.step)
-        return _run(scenario, bodies, fmu, options, kept)
-    finally:
-        fmu.close()
-
-
-def _check_controller(path: Path, expected: str) -> None:
-    """Raise `CheckpointError` unless an FMU is the one that a checkpoint was written with."""
-    found = hashlib.sha256(path.read_bytes()).hexdigest()
-    if found != expected:
-        raise CheckpointError(
-            f"FMU {path} is not the one that the checkpoint was written with: its hash is "
-            f"{found[:16]}…, and then it was {expected[:16]}…. Put that FMU back, or run again"
-        )
-
-
-def with_controller(scenario: Scenario, controller: str | Path) -> Scenario:
-    """Return the scenario with another controller, and the parameters it holds for that one."""
-    if scenario.controller is None:
-        raise ScenarioError(
-            f"scenario {scenario.name} has no controller to replace: its inputs are held (table "
-            "[inputs]); give it a table [controller] instead"
-        )
-    use = str(controller)
-    if Controller(use).is_file:
-        use = str(Path(use).resolve())
-    return scenario.changed({"controller.use": use})
-
-
-def _run(
-    scenario: Scenario,
-    bodies: Sequence[SoftBodyParticipant],
-    fmu: FmuParticipant | None,
-    options: _Options,
-    kept: Kept | None,
+def _advance_to_the_end(
+    session: Session,
+    provenance: Provenance,
+    checkpoints: Checkpoints | None,
+    progress: Callable[[Progress], None],
 ) -> xr.Dataset:
-    checkpoints = options.checkpoints
-    session = Session(scenario, bodies, fmu, options.positions_every)
-    text = scenario.portable_text
-    about: dict[str, Any] = {
-        "versions": versions() if kept is None else kept.about["versions"],
-        "controller_sha256": None if fmu is None else fmu.sha256,
-        "positions_every": options.positions_every,
-    }
-    if checkpoints is not None:
-        require_dump(session.participants)
-        about |= {"every": checkpoints.every, "attributes": dict(checkpoints.attributes)}
-    if kept is not None:
-        session.keep(kept)
-    duration = scenario.steps * scenario.coupling.step
-    status = COMPLETED
-    failure: BaseException | None = None
+    """Let a session advance to its end; an error on the way takes along what there is."""
+    extra = {} if checkpoints is None else checkpoints.attributes
     try:
-        while session.reached <= scenario.steps:
-            time = session.advance()
-            steps = session.reached - 1
-            if checkpoints is not None and steps and steps % checkpoints.every == 0:
-                write(checkpoints.path, session.kept(text, about))
-            if options.progress is not None:
-                options.progress(Progress(time, duration, session.wall_time, session.work))
-    except (SimulationError, KeyboardInterrupt) as error:
-        if session.reached == 0:
+        while not session.finished:
+            session.advance()
+            if checkpoints is not None and checkpoints.due(session.points - 1):
+                checkpoints.write(provenance, session.serialize())
+            progress(session.progress)
+    except KeyboardInterrupt as error:
+        if session.points == 0:
             raise
-        failure = error
-        status = "interrupted" if isinstance(error, KeyboardInterrupt) else f"failed: {error}"
-    wall_time = session.wall_time
-    dataset = session.dataset()
-    dataset.attrs = {
-        "title": scenario.title,
-        "scenario": text,
-        "scenario_name": scenario.name,
-        "versions": json.dumps(about["versions"]),
-        **_controller_attributes(scenario, fmu),
-        "integrator": repr(scenario.integrator),
-        **dataclasses.asdict(session.work),
-        "wall_time": wall_time,
-        "status": status,
-        **(checkpoints.attributes if checkpoints is not None else {}),
-    }
-    if about["versions"] != versions():
-        dataset.attrs["resumed_with"] = json.dumps(versions())
-    if failure is not None:
-        reason = "interrupted" if isinstance(failure, KeyboardInterrupt) else str(failure)
-        raise RunError(reason, dataset) from failure
-    return dataset
+        dataset = _dataset(session, provenance, "interrupted", extra)
+        raise Interrupted("interrupted", dataset) from error
+    except SimulationError as error:
+        if session.points == 0:
+            raise
+        dataset = _dataset(session, provenance, f"failed: {error}", extra)
+        raise RunError(str(error), dataset) from error
+    return _dataset(session, provenance, COMPLETED, extra)
 
 
-def _controller_attributes(scenario: Scenario, fmu: FmuParticipant | None) -> dict[str, str]:
-    """What a dataset says of its controller, if the scene has one."""
-    if scenario.controller is None or fmu is None:
-        return {}
+def _dataset(
+    session: Session, provenance: Provenance, status: str, extra: Mapping[str, Any]
+) -> xr.Dataset:
+    """What was recorded, with all that it takes to have it again."""
     attributes = {
-        "controller": scenario.controller.use,
-        "controller_parameters": json.dumps(scenario.controller.parameters),
-        "controller_sha256": fmu.sha256,
+        "title": session.scenario.title,
+        **provenance.attributes(),
+        **session.attributes(),
+        "status": status,
+        **extra,
     }
-    if fmu.log.warnings:
-        attributes["controller_warnings"] = "\n".join(fmu.log.warnings)
-    return attributes
-
-
-def versions() -> dict[str, str]:
-    """Versions of Python and of the libraries that decide a result."""
-    return {"python": platform.python_version(), **{name: version(name) for name in _PACKAGES}}
+    now = {**versions(), **machine()}
+    if now != {**provenance.versions, **provenance.machine}:
+        attributes["resumed_with"] = json.dumps(now)
+    return session.dataset().assign_attrs(attributes)

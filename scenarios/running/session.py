@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import time as clock
-from collections.abc import Mapping, Sequence
-from typing import Any
 
 import xarray as xr
 
-from cosim import CoSimulation, FmuParticipant, Participant, Recorder, SoftBodyParticipant
-from scenarios.running.assemble import connect
-from scenarios.running.checkpoint import Kept
+from cosim import CoSimulation, Recorder
+from scenarios.running.checkpoint import SessionState
+from scenarios.running.participants import Participants
+from scenarios.running.progress import Progress
 from scenarios.running.snapshots import Snapshots
 from scenarios.running.variables import variables_of
 from scenarios.scene.scenario import Scenario
@@ -25,58 +25,55 @@ class Session:
     ----------
     scenario : Scenario
         Of the run.
-    bodies : sequence of SoftBodyParticipant
-        Its bodies.
-    fmu : FmuParticipant or None
-        Its controller.
+    participants : Participants
+        That run.
     positions_every : float or None
         Interval of the snapshots, s.
 
     Attributes
     ----------
-    participants : list of Participant
-        The controller first.
-    reached : int
+    scenario : Scenario
+        Of the run.
+    points : int
         Communication points so far; the start is one.
     """
 
     def __init__(
-        self,
-        scenario: Scenario,
-        bodies: Sequence[SoftBodyParticipant],
-        fmu: FmuParticipant | None,
-        positions_every: float | None,
+        self, scenario: Scenario, participants: Participants, positions_every: float | None
     ) -> None:
-        self._name, self._bodies, self._fmu = scenario.name, bodies, fmu
-        self.participants: list[Participant] = [*([] if fmu is None else [fmu]), *bodies]
-        connections = []
-        if fmu is not None and scenario.controller is not None:
-            names = [body.name for body in bodies]
-            connections = connect(fmu, bodies[0].ports, scenario.controller.ports, names)
-        self._recorder = Recorder(self.participants, variables_of(bodies, fmu))
+        self.scenario, self._participants = scenario, participants
+        bodies = participants.bodies
+        connections = participants.connections(scenario)
+        self._recorder = Recorder(participants.all, variables_of(bodies, participants.controller))
         self._snapshots = [
             Snapshots(body.body, scenario, positions_every, f"{body.name}_" * (len(bodies) > 1))
             for body in bodies
         ]
         self._simulation = CoSimulation(
-            self.participants,
+            participants.all,
             connections,
             step=scenario.coupling.step,
             algorithm=scenario.coupling.algorithm,
         )
-        self.reached = 0
+        self.points = 0
+        self._time = 0.0
         self._started = clock.perf_counter()
 
-    def advance(self) -> float:
-        """Go to the next communication point, the first one first; return its time, s."""
-        point = self._simulation.advance() if self.reached else self._simulation.begin()
-        if not self.reached:
+    @property
+    def finished(self) -> bool:
+        """Whether the last communication point is reached."""
+        return self.points > self.scenario.steps
+
+    def advance(self) -> None:
+        """Go to the next communication point, the first one first, and record it."""
+        point = self._simulation.advance() if self.points else self._simulation.begin()
+        if not self.points:
             self._started = clock.perf_counter()
         self._recorder.record(point)
         for snapshots in self._snapshots:
             snapshots.take(point.index)
-        self.reached += 1
-        return point.time
+        self.points += 1
+        self._time = point.time
 
     @property
     def wall_time(self) -> float:
@@ -86,8 +83,41 @@ class Session:
     @property
     def work(self) -> Work:
         """What the integrators have done."""
-        done = [dataclasses.astuple(body.body.work) for body in self._bodies]
+        done = [dataclasses.astuple(body.body.work) for body in self._participants.bodies]
         return Work(*map(sum, zip(*done, strict=True)))
+
+    @property
+    def progress(self) -> Progress:
+        """How far it has come."""
+        duration = self.scenario.steps * self.scenario.coupling.step
+        return Progress(self._time, duration, self.wall_time, self.work)
+
+    def serialize(self) -> SessionState:
+        """Where it stands, for a file.
+
+        Raises
+        ------
+        CouplingError
+            If the state of a participant cannot be written down.
+        """
+        controller = self._participants.controller
+        warnings = [] if controller is None else list(controller.log.warnings)
+        arrays = {"recorded": self._recorder.serialize()}
+        for snapshots in self._snapshots:
+            arrays |= snapshots.serialize()
+        return SessionState(self._simulation.dump(), arrays, self.wall_time, warnings)
+
+    def deserialize(self, state: SessionState) -> None:
+        """Begin where `serialize` was called. What follows repeats to the bit."""
+        self._simulation.begin()
+        self._simulation.load(state.loop)
+        self._recorder.deserialize(state.arrays["recorded"])
+        for snapshots in self._snapshots:
+            snapshots.deserialize(state.arrays)
+        self.points = state.loop.index + 1
+        if self._participants.controller is not None:
+            self._participants.controller.log.warnings[:] = state.warnings
+        self._started = clock.perf_counter() - state.wall_time
 
     def dataset(self) -> xr.Dataset:
         """Everything that was recorded, without attributes."""
@@ -96,28 +126,24 @@ class Session:
             dataset = snapshots.add_to(dataset)
         return dataset
 
-    def kept(self, text: str, about: Mapping[str, Any]) -> Kept:
-        """All that a checkpoint holds; `text` is the scenario's."""
-        warnings = [] if self._fmu is None else self._fmu.log.warnings
-        arrays = {"recorded": self._recorder.kept()}
-        for snapshots in self._snapshots:
-            arrays |= snapshots.kept()
-        return Kept(
-            self._name,
-            text,
-            self._simulation.dump(),
-            arrays,
-            {**about, "wall_time": self.wall_time, "warnings": list(warnings)},
-        )
+    def attributes(self) -> dict[str, object]:
+        """What a dataset says of the controller, if there is one, and of the work that was done."""
+        return {
+            **self._controller_attributes(),
+            "integrator": repr(self.scenario.integrator),
+            **dataclasses.asdict(self.work),
+            "wall_time": self.wall_time,
+        }
 
-    def keep(self, kept: Kept) -> None:
-        """Begin where a checkpoint ends."""
-        self._simulation.begin()
-        self._simulation.load(kept.loop)
-        self._recorder.keep(kept.arrays["recorded"])
-        for snapshots in self._snapshots:
-            snapshots.keep(kept.arrays)
-        self.reached = kept.loop.index + 1
-        if self._fmu is not None:
-            self._fmu.log.warnings[:] = kept.about["warnings"]
-        self._started = clock.perf_counter() - kept.about["wall_time"]
+    def _controller_attributes(self) -> dict[str, str]:
+        controller, fmu = self.scenario.controller, self._participants.controller
+        if controller is None or fmu is None:
+            return {}
+        attributes = {
+            "controller": controller.use,
+            "controller_parameters": json.dumps(controller.parameters),
+            "controller_sha256": fmu.sha256,
+        }
+        if fmu.log.warnings:
+            attributes["controller_warnings"] = "\n".join(fmu.log.warnings)
+        return attributes

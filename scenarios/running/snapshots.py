@@ -22,7 +22,7 @@ class Snapshots:
     scenario : Scenario
         For the communication step.
     every : float or None
-        Interval, s; None keeps nothing.
+        Interval, s; None takes nothing.
     prefix : str
         What the names of its variables begin with.
     """
@@ -46,17 +46,17 @@ class Snapshots:
         self._obstacles: list[np.ndarray] = []
 
     def take(self, index: int) -> None:
-        """Keep the positions if it is time to."""
+        """Take the positions if it is time to."""
         if self._stride and index % self._stride == 0:
             self._times.append(self._body.time)
             self._positions.append(self._body.positions)
             placed = zip(self._body.model.obstacles, self._body.state.obstacles, strict=True)
-            surfaces = [obstacle.surface(there) for obstacle, there in placed]
+            surfaces = [obstacle.surface(state) for obstacle, state in placed]
             if surfaces:
                 self._obstacles.append(np.concatenate(surfaces))
 
-    def kept(self) -> dict[str, np.ndarray]:
-        """Everything that was kept, as arrays that are not empty."""
+    def serialize(self) -> dict[str, np.ndarray]:
+        """Everything that was taken, as arrays that are not empty."""
         lists = {
             "snapshot_times": self._times,
             "positions": self._positions,
@@ -64,25 +64,25 @@ class Snapshots:
         }
         return {self._prefix + name: np.array(values) for name, values in lists.items() if values}
 
-    def keep(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Start from what `kept` gave, in place of what is there."""
+    def deserialize(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Start from what `serialize` gave, in place of what is there."""
         self._times = list(arrays.get(f"{self._prefix}snapshot_times", ()))
         self._positions = list(arrays.get(f"{self._prefix}positions", ()))
         self._obstacles = list(arrays.get(f"{self._prefix}obstacles", ()))
 
     def add_to(self, dataset: xr.Dataset) -> xr.Dataset:
-        """Add what was kept to a dataset."""
+        """Add what was taken to a dataset."""
         if not self._stride:
             return dataset
-        own = self._prefix
-        said = {"units": "m", "long_name": "point position"}
+        prefix = self._prefix
+        points = {"units": "m", "long_name": "point position"}
         time = {"units": "s", "long_name": "time of the snapshot"}
         corners = {"units": "1", "long_name": "point indices of the triangles, outward"}
         positions, triangles = np.stack(self._positions), self._body.model.mesh.triangles
         dataset = dataset.assign(
             {
-                f"{own}position": (("snapshot", f"{own}point", "axis"), positions, said),
-                f"{own}triangles": ((f"{own}triangle", "corner"), triangles, corners),
+                f"{prefix}position": (("snapshot", f"{prefix}point", "axis"), positions, points),
+                f"{prefix}triangles": ((f"{prefix}triangle", "corner"), triangles, corners),
             }
         ).assign_coords(snapshot_time=("snapshot", np.array(self._times), time))
         return dataset.assign(self._surfaces()) if self._obstacles else dataset
@@ -92,13 +92,13 @@ class Snapshots:
         meshes = [obstacle.mesh for obstacle in self._body.model.obstacles]
         offsets = np.cumsum([0, *(mesh.n_points for mesh in meshes[:-1])])
         triangles = [m.triangles + offset for m, offset in zip(meshes, offsets, strict=True)]
-        said = {"units": "m", "long_name": "points of the obstacles' surfaces"}
+        points = {"units": "m", "long_name": "points of the obstacles' surfaces"}
         corners = {"units": "1", "long_name": "point indices of the obstacles' triangles, outward"}
         still = not any(obstacle.moves for obstacle in self._body.model.obstacles)
         return {
-            "obstacle_points": (("obstacle_point", "axis"), self._obstacles[0], said)
+            "obstacle_points": (("obstacle_point", "axis"), self._obstacles[0], points)
             if still
-            else (("snapshot", "obstacle_point", "axis"), np.stack(self._obstacles), said),
+            else (("snapshot", "obstacle_point", "axis"), np.stack(self._obstacles), points),
             "obstacle_triangles": (
                 ("obstacle_triangle", "corner"),
                 np.concatenate(triangles),

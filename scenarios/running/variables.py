@@ -6,32 +6,34 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
-from cosim import Causality, Participant, Port, SoftBodyParticipant, Variable
+from cosim import Causality, Participant, Port, RecordedVariable, SoftBodyParticipant
 from scenarios.running.assemble import ADDING
 
 _BODY: Final = [
-    Variable("volume", ("body.volume",), "L", "enclosed volume"),
-    Variable("bounding_box_volume", ("body.bounding_box_volume",), "L", "bounding box volume"),
-    Variable(
+    RecordedVariable("volume", ("body.volume",), "L", "enclosed volume"),
+    RecordedVariable(
+        "bounding_box_volume", ("body.bounding_box_volume",), "L", "bounding box volume"
+    ),
+    RecordedVariable(
         "bounding_box_min",
         tuple(f"body.bounding_box_min_{axis}" for axis in "xyz"),
         "m",
         "lowest corner of the bounding box",
     ),
-    Variable(
+    RecordedVariable(
         "bounding_box_max",
         tuple(f"body.bounding_box_max_{axis}" for axis in "xyz"),
         "m",
         "highest corner of the bounding box",
     ),
-    Variable("pressure", ("body.pressure",), "cmH2O", "driving pressure across the wall"),
-    Variable(
+    RecordedVariable("pressure", ("body.pressure",), "cmH2O", "driving pressure across the wall"),
+    RecordedVariable(
         "alveolar_pressure",
         ("body.alveolar_pressure",),
         "cmH2O",
         "pressure that the tissue balances",
     ),
-    Variable("flow", ("body.flow",), "L/s", "flow into the body"),
+    RecordedVariable("flow", ("body.flow",), "L/s", "flow into the body"),
 ]
 
 _RESERVED: Final = (
@@ -56,7 +58,7 @@ _CONTROLLER: Final[dict[str, tuple[str | None, str, Mapping[str, object]]]] = {
 
 def variables_of(
     bodies: Sequence[SoftBodyParticipant], controller: Participant | None
-) -> list[Variable]:
+) -> list[RecordedVariable]:
     """Variables of a run: the body's, those of the controller that have a name here, its others.
 
     With several bodies, what adds up is there under its own name, and each body's variables begin
@@ -74,7 +76,7 @@ def variables_of(
     return variables
 
 
-def _of_bodies(bodies: Sequence[SoftBodyParticipant]) -> list[Variable]:
+def _of_bodies(bodies: Sequence[SoftBodyParticipant]) -> list[RecordedVariable]:
     together = [
         replace(
             variable,
@@ -98,13 +100,13 @@ def _of_bodies(bodies: Sequence[SoftBodyParticipant]) -> list[Variable]:
     return [*together, *each]
 
 
-def _of_body(body: SoftBodyParticipant) -> list[Variable]:
+def _of_body(body: SoftBodyParticipant) -> list[RecordedVariable]:
     variables = [*_BODY]
     if "clearance" in body.ports:
-        said = body.ports["clearance"].description
-        variables.append(Variable("clearance", ("body.clearance",), "m", said))
+        long_name = body.ports["clearance"].description
+        variables.append(RecordedVariable("clearance", ("body.clearance",), "m", long_name))
     variables += [
-        Variable(
+        RecordedVariable(
             f"{name}_position",
             tuple(f"body.{name}_{axis}" for axis in "xyz"),
             "m",
@@ -115,13 +117,13 @@ def _of_body(body: SoftBodyParticipant) -> list[Variable]:
     return variables
 
 
-def _controller_variable(owner: str, port: Port, taken: Collection[str]) -> Variable:
-    """Variable of a controller's output; a name that is taken is changed."""
+def _controller_variable(owner: str, port: Port, taken: Collection[str]) -> RecordedVariable:
+    """RecordedVariable of a controller's output; a name that is taken is changed."""
     source = (f"{owner}.{port.name}",)
     if port.name in _CONTROLLER and port.name not in taken:
         units, long_name, attributes = _CONTROLLER[port.name]
-        return Variable(port.name, source, units, long_name, attributes)
+        return RecordedVariable(port.name, source, units, long_name, attributes)
     name = port.name.replace("/", "_")
     while name in taken:
         name = f"controller_{name}"
-    return Variable(name, source, None, port.description or port.name)
+    return RecordedVariable(name, source, None, port.description or port.name)

@@ -6,16 +6,20 @@ import dataclasses
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from scenarios.errors import ScenarioError
 from scenarios.scene.bodies import members
+from scenarios.scene.controller import Controller
 from scenarios.scene.decode import Decoder
 from scenarios.scene.layout import parts_of, places_of
 from scenarios.scene.rules import check_rules
 from scenarios.scene.schema import Scene
 from scenarios.scene.tables import with_values
 from scenarios.scene.text import toml
+
+_TABLES: Final = [place.key for place in places_of(Scene).values() if place.name != "title"]
+"""Tables that a scenario may have."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +53,24 @@ class Draft:
         if not changes:
             return self
         return dataclasses.replace(self, tables=with_values(self.tables, changes), source=None)
+
+    def with_controller(self, controller: str | Path) -> Draft:
+        """Return the draft with another controller, and the parameters it holds for that one.
+
+        Raises
+        ------
+        ScenarioError
+            If nothing drives the scenario, but inputs that are held.
+        """
+        if "controller" not in self.tables:
+            raise ScenarioError(
+                f"scenario {self.name} has no controller to replace: its inputs are held (table "
+                "[inputs]); give it a table [controller] instead"
+            )
+        use = str(controller)
+        if Controller(use).is_file:
+            use = str(Path(use).resolve())
+        return self.changed({"controller.use": use})
 
     def read(self, name: str) -> Any:
         """Read one field of `Scene` alone; of several bodies, that of the first one."""
@@ -90,10 +112,6 @@ class Draft:
         return Scenario(
             **values, name=self.name, folder=self.folder, tables=self.tables, source=self.source
         )
-
-
-_TABLES = [place.key for place in places_of(Scene).values() if place.name != "title"]
-"""Tables that a scenario may have."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,7 +10,8 @@ from typing import Annotated, Literal
 
 from cosim.algorithms import ALGORITHMS, Algorithm, GaussSeidel
 from scenarios.scene.controller import Controller, read_controller
-from scenarios.scene.layout import ByName, EachOf, In, OneOf, ReadBy, Refusing
+from scenarios.scene.forms import ByName, EachOf, OneOf, ReadBy
+from scenarios.scene.layout import In, Refusing
 from softbody_core import (
     CONSTRAINTS,
     FORCES,

@@ -5,16 +5,17 @@ Costs are counts and not times, so the same scenario gets the same pick on every
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
 import xarray as xr
 
-from scenarios.errors import ScenarioError
-from scenarios.running.run import Progress, run
+from scenarios.errors import Interrupted, ScenarioError
+from scenarios.results.comparison import volume_error
+from scenarios.running.progress import Progress, StudyProgress, Watch, unwatched
+from scenarios.running.run import run
 from scenarios.scene.scenario import Scenario
-from scenarios.studies.trade.reference import volume_error
 from softbody_core import SimulationError, Work
 
 Integrator = Mapping[str, Any]
@@ -80,7 +81,7 @@ def pick(
     scenario: Scenario,
     accuracy: float,
     *,
-    progress: Callable[[str, Progress], None] | None = None,
+    progress: Watch | None = None,
 ) -> Pick:
     """Pick the cheapest integrator that holds an accuracy.
 
@@ -95,7 +96,7 @@ def pick(
     accuracy : float
         Largest deviation of the volume over its range that is allowed, 1.
     progress : callable, optional
-        Called with the name of what runs, and how far it is.
+        Called at each communication point of each run.
 
     Returns
     -------
@@ -112,7 +113,7 @@ def pick(
     """
     if not _FINEST <= accuracy <= 0.5:
         raise ScenarioError(f"accuracy = {accuracy:g}: expected {_FINEST:g} to 0.5")
-    watch = progress if progress is not None else lambda *_: None
+    watch = progress or unwatched
     breath = scenario.changed({"run.cycles": 1})
     finer: Integrator = {"method": "sdirk2", "tolerance": accuracy}
     against, left = _pilot(breath, finer, watch), float("inf")
@@ -130,9 +131,9 @@ def pick(
         for candidate in family:  # from coarse to fine, until one is good enough, or too dear
             try:
                 dataset = _pilot(breath, candidate, watch, lowest)
-            except SimulationError as failure:
-                if isinstance(failure.__cause__, KeyboardInterrupt):
-                    raise
+            except Interrupted:
+                raise
+            except SimulationError:
                 tried.append((candidate, float("nan"), float("nan")))
                 break
             estimate, cost = volume_error(dataset, against) + left, _cost(dataset)
@@ -147,13 +148,13 @@ def pick(
 def _pilot(
     scenario: Scenario,
     integrator: Integrator,
-    watch: Callable[[str, Progress], None],
+    watch: Watch,
     most: float = float("inf"),
 ) -> xr.Dataset:
     """Run, but no further than a cost of `most`."""
 
     def show(at: Progress) -> None:
-        watch(integrator["method"], at)
+        watch(StudyProgress(f"trying {integrator['method']}", at.time / at.duration, 1))
         if _price(at.work) > most:
             raise _Dearer("another way is good enough, and costs less")
 

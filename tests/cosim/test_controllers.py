@@ -148,7 +148,8 @@ def bounded() -> list[tuple[str, str, float, str]]:
 
 def documented(name: str) -> list[tuple[str, str, float | None, float | None, str]]:
     """Parameter, default, bounds and meaning as the table in docs/controller.md has them."""
-    section = DOCS.read_text(encoding="utf-8").split(f"\n### `{name}`\n")[1].split("\n#")[0]
+    _, _, after = DOCS.read_text(encoding="utf-8").partition(f"\n### `{name}`\n")
+    section = after.split("\n#")[0]
     rows = re.findall(r"^\| `(\w+)` \| (.*?) \| ?(.*?) \| (.*) \|$", section, re.MULTILINE)
     found = []
     for parameter, default, bounds, meaning in rows:
@@ -178,7 +179,11 @@ def test_documentation_has_the_parameters_as_they_are(
 ) -> None:
     elements = description(shipped[name]).findall("ModelVariables/*[@causality='parameter']")
     rows = documented(name)
-    assert [row[0] for row in rows] == [element.get("name") for element in elements]
+    names = [element.get("name") for element in elements]
+    assert [row[0] for row in rows] == names, (
+        f'docs/controller.md: expected a section "### `{name}`" whose table '
+        f"(| parameter | default | bounds | meaning |) has a row for each of {', '.join(names)}"
+    )
     for element, (_, default, *bounds, meaning) in zip(elements, rows, strict=True):
         value = element[0]
         start_ = value.get("start", "")

@@ -43,8 +43,8 @@ class Camera:
     ) -> Camera:
         """Return a camera whose picture holds all points, shape (n, 3), and no more."""
         axes = _axes(azimuth, elevation)
-        seen = points.reshape(-1, 3) @ axes.T
-        low, high = seen.min(axis=0), seen.max(axis=0)
+        projected = points.reshape(-1, 3) @ axes.T
+        low, high = projected.min(axis=0), projected.max(axis=0)
         width, height = (high - low)[:2] + 2 * margin * (high - low)[1]
         x, y, z = ((low + high) / 2 @ axes).tolist()
         pixels = max(1, round(pixels_high * float(width / height))), pixels_high

@@ -12,13 +12,13 @@ from softbody_core import AirwayResistance, MassSpring, SurfaceSPH
 
 
 @dataclass(frozen=True)
-class Axis:
+class ExtremeAxis:
     """One thing that is taken to its extremes, alone.
 
     Attributes
     ----------
-    unit, meaning : str
-        Unit and name of the values.
+    unit : str
+        Of the values.
     values : tuple
         Values of the full map, in order.
     few : tuple
@@ -28,7 +28,6 @@ class Axis:
     """
 
     unit: str
-    meaning: str
     values: tuple[float | str, ...]
     few: tuple[float | str, ...]
     change: Callable[[Case, Any], Case]
@@ -59,71 +58,41 @@ def _with_fluid(case: Case) -> Case:
     return case.with_law(SurfaceSPH)
 
 
-AXES: Final[dict[str, Axis]] = {
-    "alpha": Axis(
-        "1", "weight of body structure", _ALL, _FEW, lambda case, v: case.weighted(alpha=v)
+AXES: Final[dict[str, ExtremeAxis]] = {
+    "alpha": ExtremeAxis("1", _ALL, _FEW, lambda case, v: case.weighted(alpha=v)),
+    "stiffness": ExtremeAxis(
+        "N/m", _ALL, _FEW, lambda case, v: case.with_law(MassSpring, stiffness=v)
     ),
-    "stiffness": Axis(
-        "N/m",
-        "spring stiffness",
-        _ALL,
-        _FEW,
-        lambda case, v: case.with_law(MassSpring, stiffness=v),
+    "damping": ExtremeAxis(
+        "N.s/m", _ALL, _FEW, lambda case, v: case.with_law(MassSpring, damping=v)
     ),
-    "damping": Axis(
-        "N.s/m", "spring damping", _ALL, _FEW, lambda case, v: case.with_law(MassSpring, damping=v)
+    "beta": ExtremeAxis("1", _ALL, _FEW, lambda case, v: _with_fluid(case).weighted(beta=v)),
+    "gas_constant": ExtremeAxis(
+        "m^2/s^2", _ALL, _FEW, lambda case, v: case.with_law(SurfaceSPH, gas_constant=v)
     ),
-    "beta": Axis(
-        "1",
-        "weight of anamorphosis",
-        _ALL,
-        _FEW,
-        lambda case, v: _with_fluid(case).weighted(beta=v),
+    "viscosity": ExtremeAxis(
+        "Pa.s", _ALL, _FEW, lambda case, v: case.with_law(SurfaceSPH, viscosity=v)
     ),
-    "gas_constant": Axis(
-        "m^2/s^2",
-        "gas constant of the fluid",
-        _ALL,
-        _FEW,
-        lambda case, v: case.with_law(SurfaceSPH, gas_constant=v),
+    "gamma": ExtremeAxis("1", _ALL, _FEW, lambda case, v: case.weighted(gamma=v)),
+    "n": ExtremeAxis("1", _ALL, _FEW, lambda case, v: case.with_inputs(n=v)),
+    "delta_p": ExtremeAxis(
+        "Pa", _PRESSURES, (-1e5, 1e5), lambda case, v: case.with_inputs(delta_p=v)
     ),
-    "viscosity": Axis(
-        "Pa.s",
-        "viscosity of the fluid",
-        _ALL,
-        _FEW,
-        lambda case, v: case.with_law(SurfaceSPH, viscosity=v),
-    ),
-    "gamma": Axis(
-        "1", "weight of volume control", _ALL, _FEW, lambda case, v: case.weighted(gamma=v)
-    ),
-    "n": Axis("1", "molecules inside", _ALL, _FEW, lambda case, v: case.with_inputs(n=v)),
-    "delta_p": Axis(
-        "Pa",
-        "pressure difference",
-        _PRESSURES,
-        (-1e5, 1e5),
-        lambda case, v: case.with_inputs(delta_p=v),
-    ),
-    "resistance": Axis(
+    "resistance": ExtremeAxis(
         "Pa.s/m^3",
-        "airway resistance",
         (*_ALL, 1e12),
         (0.0, 1e12),
         lambda case, v: case.with_law(AirwayResistance, resistance=v),
     ),
-    "mass": Axis("kg", "mass", _MASSES, (1e-30, 1e30), lambda case, v: replace(case, mass=v)),
-    "dt": Axis(
-        "s", "communication step", _STEPS, (1e-7, 10.0), lambda case, v: replace(case, dt=v)
-    ),
-    "scale": Axis("m", "rest radius", _SIZES, (1e-6, 1e3), lambda case, v: case.with_radius(v)),
-    "points": Axis(
+    "mass": ExtremeAxis("kg", _MASSES, (1e-30, 1e30), lambda case, v: replace(case, mass=v)),
+    "dt": ExtremeAxis("s", _STEPS, (1e-7, 10.0), lambda case, v: replace(case, dt=v)),
+    "scale": ExtremeAxis("m", _SIZES, (1e-6, 1e3), lambda case, v: case.with_radius(v)),
+    "points": ExtremeAxis(
         "1",
-        "number of points",
         (4, 5, 12, 100, 1000, 10_000, 50_000),
         (4, 100),
         lambda case, v: case.with_points(v),
     ),
-    "shape": Axis("", "shape", tuple(SHAPES), _FEW_SHAPES, lambda case, v: case.shaped(v)),
+    "shape": ExtremeAxis("", tuple(SHAPES), _FEW_SHAPES, lambda case, v: case.shaped(v)),
 }
 """Axes by name. A new one is one entry here."""

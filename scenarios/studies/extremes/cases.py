@@ -139,7 +139,7 @@ class Case:
         units = {"[mass]": self.mass, "[length]": self.radius, "[time]": self.dt}
         centre = self.mesh.points.mean(axis=0)
 
-        def own(parameters: Any) -> Any:
+        def scaled(parameters: Any) -> Any:
             changes = {
                 name: getattr(parameters, name)
                 * math.prod(units[kind] ** -power for kind, power in unit(expected.unit).dimension)
@@ -151,10 +151,10 @@ class Case:
         return Case(
             SurfaceMesh.from_arrays(points, self.mesh.triangles),
             1.0,
-            tuple(own(force) for force in self.forces),
+            tuple(scaled(force) for force in self.forces),
             self.weights,
             self.constraints,
-            own(self.inputs),
+            scaled(self.inputs),
             1.0,
             None if self.start is None else (self.start - centre) / self.radius,
         )

@@ -55,14 +55,18 @@ def stability_limits(case: Case, *, reduced: bool = False) -> xr.Dataset:
     estimated = [[_estimated(kind, *pair) for pair in pairs] for kind in schemes.values()]
     both = ("scheme", "spring_stiffness")
 
-    def said(name: str) -> dict[str, str]:
+    def attributes(name: str) -> dict[str, str]:
         return {"units": "s", "long_name": name}
 
     return xr.Dataset(
         {
-            "measured_limit": (both, measured, said("largest stable step, measured")),
-            "estimated_limit": (both, estimated, said("largest stable step by the scheme itself")),
-            "two_over_omega": ("spring_stiffness", exact, said("2/√λ_max of the springs")),
+            "measured_limit": (both, measured, attributes("largest stable step, measured")),
+            "estimated_limit": (
+                both,
+                estimated,
+                attributes("largest stable step by the scheme itself"),
+            ),
+            "two_over_omega": ("spring_stiffness", exact, attributes("2/√λ_max of the springs")),
         },
         coords={
             "scheme": list(schemes),

@@ -48,25 +48,27 @@ def picture(dataset: xr.Dataset) -> Figure:
         _panel(bottom.add_subplot(grid[:, 0]), dataset, name, named=True)
     steps = bottom.add_subplot(grid[0, 1])
     _limits(steps, bottom.add_subplot(grid[1, 1], sharex=steps), dataset)
-    handles = [Patch(color=colour, label=one.name.lower()) for one, colour in _COLOURS.items()]
+    handles = [
+        Patch(color=colour, label=outcome.name.lower()) for outcome, colour in _COLOURS.items()
+    ]
     top.legend(handles=handles, loc="outside upper right", ncols=4, frameon=False)
     top.suptitle(dataset.attrs["title"], x=0.01, ha="left")
     return figure
 
 
 def _panel(axes: Axes, dataset: xr.Dataset, name: str, *, named: bool) -> None:
-    seen = dataset.isel(case=np.flatnonzero(dataset["axis"] == name))
-    outcome = seen["outcome"].to_numpy().T
+    trials = dataset.isel(case=np.flatnonzero(dataset["axis"] == name))
+    outcome = trials["outcome"].to_numpy().T
     colours = ListedColormap(list(_COLOURS.values()))
     axes.pcolormesh(outcome, cmap=colours, vmin=-0.5, vmax=len(_COLOURS) - 0.5, ec="w", lw=1)
     for row, column in np.argwhere(outcome == Outcome.DEFECT):
         axes.text(column + 0.5, row + 0.5, "×", ha="center", va="center", weight="bold")
-    settings = seen["setting"].to_numpy().tolist()
+    settings = trials["setting"].to_numpy().tolist()
     rotation = 90 if sum(map(len, settings)) > 30 else 0  # or they run into each other
     axes.set_xticks(np.arange(len(settings)) + 0.5, settings, rotation=rotation, fontsize=7)
-    integrators = seen["integrator"].to_numpy().tolist() if named else []
+    integrators = trials["integrator"].to_numpy().tolist() if named else []
     axes.set_yticks(np.arange(len(integrators)) + 0.5, integrators, fontsize=8)
-    unit = str(seen["unit"].to_numpy()[0])
+    unit = str(trials["unit"].to_numpy()[0])
     axes.set_title(name if unit in ("", "1") else f"{name} ({unit})", fontsize=9)
     axes.tick_params(length=0)
     axes.spines[:].set_visible(False)
@@ -78,14 +80,16 @@ def _limits(steps: Axes, ratios: Axes, dataset: xr.Dataset) -> None:
     steps.plot(stiffness, exact, color="k", lw=1, label="2/√λ_max")
     ratios.axhline(1, color="k", lw=1)
     for scheme, marker in zip(dataset["scheme"].to_numpy(), "osD^v<>", strict=False):
-        one = dataset.sel(scheme=scheme)
+        limits = dataset.sel(scheme=scheme)
         size = {"o": 10}.get(marker, 6)  # two schemes share a limit: show one around the other
         (points,) = steps.plot(
-            stiffness, one["measured_limit"], marker, ms=size, mfc="none", label=scheme
+            stiffness, limits["measured_limit"], marker, ms=size, mfc="none", label=scheme
         )
         colour = points.get_color()
-        ratios.plot(stiffness, one["measured_limit"] / exact, marker, ms=size, mfc="none", c=colour)
-        ratios.plot(stiffness, one["estimated_limit"] / exact, "_", ms=12, mew=2, c=colour)
+        ratios.plot(
+            stiffness, limits["measured_limit"] / exact, marker, ms=size, mfc="none", c=colour
+        )
+        ratios.plot(stiffness, limits["estimated_limit"] / exact, "_", ms=12, mew=2, c=colour)
     steps.set(xscale="log", yscale="log", ylabel="largest stable step (s)")
     steps.set_title("stability of the bare, undamped springs, as measured", fontsize=9)
     steps.legend(frameon=False, fontsize=8)

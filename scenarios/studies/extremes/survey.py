@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 import xarray as xr
 
+from scenarios.running.progress import StudyProgress, Watch, unwatched
 from scenarios.scene.scenario import Scenario
 from scenarios.studies.extremes.axes import AXES
 from scenarios.studies.extremes.cases import Case
@@ -39,7 +39,7 @@ def survey(
     *,
     reduced: bool = False,
     seconds: float = 20.0,
-    progress: Callable[[int, int, str], None] | None = None,
+    progress: Watch | None = None,
 ) -> xr.Dataset:
     """Map what happens at the extremes.
 
@@ -52,7 +52,7 @@ def survey(
     seconds : float
         Wall time that one trial may take, s; a run for the reference may take a quarter of it.
     progress : callable, optional
-        Called before each case with its index, the number of cases, and its name.
+        Called before each case.
 
     Returns
     -------
@@ -64,6 +64,7 @@ def survey(
     ScenarioError
         If the scenario's own body cannot be made.
     """
+    watch = progress or unwatched
     base = Case.of(scenario)
     schemes = {name: within_limits(kind) for name, kind in INTEGRATORS.items()}
     rows = []
@@ -73,8 +74,7 @@ def survey(
         for value in (axis.few if reduced else axis.values)
     ]
     for index, (name, value) in enumerate(settings):
-        if progress is not None:
-            progress(index, len(settings), f"{name} = {label(value)}")
+        watch(StudyProgress(f"{name} = {label(value)}", index, len(settings)))
         rows.append(_row(base, name, value, schemes, seconds))
     dataset = _dataset(rows, list(schemes))
     dataset = dataset.merge(stability_limits(base, reduced=reduced))
@@ -131,15 +131,15 @@ def _dataset(rows: list[Row], schemes: list[str]) -> xr.Dataset:
             attributes,
         )
 
-    dimensions, outcomes, said = of_verdicts(
+    dimensions, outcomes, attributes = of_verdicts(
         "outcome",
         long_name="how the trial ended",
         flag_values=np.array(list(Outcome), dtype=np.int8),
-        flag_meanings=" ".join(one.name.lower() for one in Outcome),
+        flag_meanings=" ".join(outcome.name.lower() for outcome in Outcome),
     )
     return xr.Dataset(
         {
-            "outcome": (dimensions, outcomes.astype(np.int8), said),
+            "outcome": (dimensions, outcomes.astype(np.int8), attributes),
             "message": of_verdicts("message", long_name="reason"),
             "difference": of_verdicts(
                 "difference",
@@ -160,7 +160,7 @@ def _dataset(rows: list[Row], schemes: list[str]) -> xr.Dataset:
             "wall_time": of_trials("wall_time", units="s", long_name="computing time"),
             "reference": (
                 "case",
-                [row.reference.said for row in rows],
+                [row.reference.how_known for row in rows],
                 {"long_name": "how well the reference is known"},
             ),
         },

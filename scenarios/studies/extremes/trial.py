@@ -31,7 +31,7 @@ class Trial:
     ----------
     failure : Exception or None
         What ended it early, or kept it from starting.
-    kept : bool
+    state_kept : bool
         Whether a body that failed stands where it stood before the step, to the bit.
     finite : bool
         Whether everything that can be seen of the body is finite.
@@ -48,7 +48,7 @@ class Trial:
     """
 
     failure: Exception | None
-    kept: bool = True
+    state_kept: bool = True
     finite: bool = True
     volume_ratio: float = math.nan
     points: Floats = field(default_factory=lambda: np.empty((0, 3)))
@@ -86,7 +86,7 @@ def try_case(case: Case, integrator: Integrator, seconds: float) -> Trial:
     started = clock.perf_counter()
     body: SoftBody | None = None
     before: State | None = None
-    seen: Observation | None = None
+    observation: Observation | None = None
     failure: Exception | None = None
     with warnings.catch_warnings(record=True) as warned:
         warnings.simplefilter("always")
@@ -94,7 +94,7 @@ def try_case(case: Case, integrator: Integrator, seconds: float) -> Trial:
             body = _body(case, integrator, started + seconds)
             for _ in range(STEPS):
                 before = _copied(body.state)
-                seen = body.step(case.dt, case.inputs.delta_p, case.inputs.n)
+                observation = body.step(case.dt, case.inputs.delta_p, case.inputs.n)
         except Exception as error:  # whatever it is, the verdict names it
             failure = error
     wall_time = clock.perf_counter() - started
@@ -104,12 +104,18 @@ def try_case(case: Case, integrator: Integrator, seconds: float) -> Trial:
         return Trial(failure, wall_time=wall_time)
     state = body.state
     finite = np.isfinite(state.positions).all() and np.isfinite(state.velocities).all()
-    if seen is not None:
-        numbers = (seen.time, seen.volume, seen.pressure, seen.flow, seen.alveolar_pressure)
+    if observation is not None:
+        numbers = (
+            observation.time,
+            observation.volume,
+            observation.pressure,
+            observation.flow,
+            observation.alveolar_pressure,
+        )
         finite &= np.isfinite(numbers).all()
     return Trial(
         failure,
-        kept=failure is None or before is None or _same(state, before),
+        state_kept=failure is None or before is None or _same(state, before),
         finite=bool(finite),
         volume_ratio=Configuration(case.mesh, state.positions).volume / case.mesh.volume,
         points=(body.positions - case.mesh.points.mean(axis=0)) / case.radius,

@@ -40,12 +40,12 @@ class Reference:
     ----------
     trial : Trial or None
         The same case, computed more tightly; None where that fails.
-    said : str
+    how_known : str
         How well it is known, or why it is not.
     """
 
     trial: Trial | None
-    said: str
+    how_known: str
 
 
 @dataclass(frozen=True)
@@ -65,12 +65,12 @@ def refer(case: Case, seconds: float) -> Reference:
     agrees with it is also right about units and about the place where the body stands.
     """
     try:
-        own = case.in_own_units()
+        scaled = case.in_own_units()
     except SimulationError as error:
         return Reference(None, named(error))
     runs: list[Trial] = []
     for tolerance in _TOLERANCES:
-        runs.append(try_case(own, SDIRK2(tolerance=tolerance, max_iterations=50), seconds))
+        runs.append(try_case(scaled, SDIRK2(tolerance=tolerance, max_iterations=50), seconds))
         if (failure := runs[-1].failure) is not None:
             return Reference(None, f"at tolerance {tolerance:g}, {named(failure)}")
     spread = difference(*runs)
@@ -104,22 +104,22 @@ def judge(trial: Trial, reference: Reference) -> Verdict:
     if not trial.finite:
         return Verdict(Outcome.DEFECT, "the body is left with numbers that are not finite")
     if failure is not None:
-        if not trial.kept:
+        if not trial.state_kept:
             return Verdict(Outcome.DEFECT, f"the last good state is lost after {named(failure)}")
         return Verdict(Outcome.ERROR, named(failure))
     ratio = trial.volume_ratio
     if not 0 < ratio <= LARGEST_VOLUME_RATIO:
         return Verdict(Outcome.DEFECT, f"silent runaway: the volume is {ratio:.3g} times its rest")
     if reference.trial is None:
-        said = f"{ratio:.4g} V0, with nothing to compare it to: {reference.said}"
-        return Verdict(Outcome.BOUNDED, said)
+        message = f"{ratio:.4g} V0, with nothing to compare it to: {reference.how_known}"
+        return Verdict(Outcome.BOUNDED, message)
     right, apart = reference.trial.volume_ratio, difference(trial, reference.trial)
     if apart <= RIGHT_WITHIN:
         return Verdict(Outcome.RIGHT, f"within {apart:.1g} of the reference", apart)
-    said = f"{ratio:.4g} V0 where the reference has {right:.4g}; off by {apart:.2g}"
+    message = f"{ratio:.4g} V0 where the reference has {right:.4g}; off by {apart:.2g}"
     if not 1 / RUNAWAY < ratio / right < RUNAWAY:
-        return Verdict(Outcome.DEFECT, f"silent runaway: {said}", apart)
-    return Verdict(Outcome.BOUNDED, said, apart)
+        return Verdict(Outcome.DEFECT, f"silent runaway: {message}", apart)
+    return Verdict(Outcome.BOUNDED, message, apart)
 
 
 def named(error: Exception) -> str:

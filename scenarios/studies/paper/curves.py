@@ -31,8 +31,8 @@ def pressure_volume(datasets: Datasets, path: Path) -> None:
     for axes, (scene, title) in zip(
         figure.subplots(1, 2, sharey=True), panels.items(), strict=True
     ):
-        said = [_draw_limb(axes, name, limb) for name, limb in limbs(datasets[scene]).items()]
-        axes.set_xlabel("\n".join(["respiratory pressure P (cmH2O)", "", *said]), fontsize=7.5)
+        fits = [_draw_limb(axes, name, limb) for name, limb in limbs(datasets[scene]).items()]
+        axes.set_xlabel("\n".join(["respiratory pressure P (cmH2O)", "", *fits]), fontsize=7.5)
         axes.set_title(title, fontsize=10)
         axes.set_ylabel("volume (L)")
         axes.legend(fontsize=8, frameon=False, loc="upper left")
@@ -63,9 +63,9 @@ def volumes(datasets: Datasets, path: Path) -> None:
         colour, line = _LINES[letter]
         label = f"{letter}: α = {weights_of(dataset).alpha:g}"
         axes.plot(dataset["time"], dataset["volume"], line, color=colour, label=label)
-        seen = breaths(dataset)
-        ends = seen["start"] + seen["duration"]
-        axes.plot(ends, seen["end_expiratory_volume"], "o", color=colour, ms=4)
+        breath_volumes = breaths(dataset)
+        ends = breath_volumes["start"] + breath_volumes["duration"]
+        axes.plot(ends, breath_volumes["end_expiratory_volume"], "o", color=colour, ms=4)
     rest = float(datasets[ALPHA["A"]]["volume"][0])
     axes.axhline(rest, color="0.6", lw=0.8)
     axes.annotate("rest", (10, rest), xytext=(0, 3), textcoords="offset points", fontsize=8)

@@ -10,7 +10,7 @@ import xarray as xr
 
 from scenarios.errors import ScenarioError
 from scenarios.results.bumpiness import bumpiness
-from scenarios.studies.paper.finding import Finding, Statement, increasing, listed
+from scenarios.studies.paper.measurement import Measurement, Statement, increasing, listed
 from scenarios.studies.paper.scenes import GLASS, Datasets
 
 _LANDED: Final = 1000
@@ -89,71 +89,75 @@ def _each(datasets: Datasets, letters: str) -> dict[str, xr.Dataset]:
     return {letter: datasets[GLASS[letter]] for letter in letters}
 
 
-def _counts(datasets: Datasets) -> Finding:
+def _counts(datasets: Datasets) -> Measurement:
     dataset = datasets[GLASS["A"]]
     mesh = trimesh.Trimesh(dataset["position"][0], dataset["triangles"], process=False)
     counts = len(mesh.vertices), len(mesh.faces), len(mesh.edges_unique)
-    return Finding(
+    return Measurement(
         "{:,} points, {:,} faces, {:,} springs".format(*counts), counts == (1986, 3968, 5952)
     )
 
 
-def _finite(datasets: Datasets) -> Finding:
-    seen = _each(datasets, "ABCDEF")
-    finite = [letter for letter, d in seen.items() if np.isfinite(d["position"]).all()]
-    frames = min(d.sizes["time"] for d in seen.values()) - 1
-    return Finding(f"{', '.join(finite)} stay finite for {frames} frames", len(finite) == len(seen))
+def _finite(datasets: Datasets) -> Measurement:
+    runs = _each(datasets, "ABCDEF")
+    finite = [letter for letter, d in runs.items() if np.isfinite(d["position"]).all()]
+    frames = min(d.sizes["time"] for d in runs.values()) - 1
+    return Measurement(
+        f"{', '.join(finite)} stay finite for {frames} frames", len(finite) == len(runs)
+    )
 
 
-def _rests(datasets: Datasets) -> Finding:
-    seen = _each(datasets, "ABCDE")
-    rests = [letter for letter, dataset in seen.items() if rests_inside(dataset)]
-    return Finding(f"{', '.join(rests) or 'none'} rest in the bowl", len(rests) == len(seen))
+def _rests(datasets: Datasets) -> Measurement:
+    runs = _each(datasets, "ABCDE")
+    rests = [letter for letter, dataset in runs.items() if rests_inside(dataset)]
+    return Measurement(f"{', '.join(rests) or 'none'} rest in the bowl", len(rests) == len(runs))
 
 
-def _walls(datasets: Datasets) -> Finding:
+def _walls(datasets: Datasets) -> Measurement:
     nearest = [nearest_wall(dataset) for dataset in _each(datasets, "ABCDEF").values()]
-    return Finding(
+    return Measurement(
         f"no point ever nearer to a wall than {listed((1000 * d for d in nearest), '.3f')} mm "
         "(A to F; below 0 is beyond it)",
         min(nearest) >= -_BEYOND,
     )
 
 
-def _rougher(datasets: Datasets) -> Finding:
+def _rougher(datasets: Datasets) -> Measurement:
     values = [roughness(dataset) for dataset in _each(datasets, "ABC").values()]
-    return Finding(f"A, B, C: {listed(values, '.4f')} mean edges above rest", increasing(values))
-
-
-def _bubbles(datasets: Datasets) -> Finding:
-    kept = {letter: kept_volume(d) for letter, d in _each(datasets, "ABCDE").items()}
-    said = ", ".join(f"{letter} {share:.2f}" for letter, share in kept.items())
-    return Finding(
-        f"volume over that at rest: {said}",
-        min(kept[k] for k in "DE") > max(kept[k] for k in "ABC"),
+    return Measurement(
+        f"A, B, C: {listed(values, '.4f')} mean edges above rest", increasing(values)
     )
 
 
-def _no_effect(datasets: Datasets) -> Finding:
+def _bubbles(datasets: Datasets) -> Measurement:
+    volumes = {letter: kept_volume(d) for letter, d in _each(datasets, "ABCDE").items()}
+    text = ", ".join(f"{letter} {share:.2f}" for letter, share in volumes.items())
+    return Measurement(
+        f"volume over that at rest: {text}",
+        min(volumes[k] for k in "DE") > max(volumes[k] for k in "ABC"),
+    )
+
+
+def _no_effect(datasets: Datasets) -> Measurement:
     rough = {letter: roughness(d) for letter, d in _each(datasets, "ACDE").items()}
     strong, weak = abs(rough["E"] - rough["D"]), abs(rough["C"] - rough["A"])
-    return Finding(
+    return Measurement(
         f"β = 2 changes the roughness by {strong:.4f} from D to E, by {weak:.4f} from A to C: "
         f"{strong / weak:.0%}",
         strong < weak / 4,
     )
 
 
-def _cloth(datasets: Datasets) -> Finding:
+def _cloth(datasets: Datasets) -> Measurement:
     share = kept_volume(datasets[GLASS["F"]])
-    return Finding(f"{1 - share:.0%} of the volume is lost", share < 0.5)
+    return Measurement(f"{1 - share:.0%} of the volume is lost", share < 0.5)
 
 
-def _fps(datasets: Datasets) -> Finding:
-    seen = _each(datasets, "ABCDEF").values()
-    fps = [frames_per_second(dataset) for dataset in seen]
-    speed = [real_time_factor(dataset) for dataset in seen]
-    return Finding(
+def _fps(datasets: Datasets) -> Measurement:
+    runs = _each(datasets, "ABCDEF").values()
+    fps = [frames_per_second(dataset) for dataset in runs]
+    speed = [real_time_factor(dataset) for dataset in runs]
+    return Measurement(
         f"{listed(fps, '.0f')} frames a second (A to F): {min(fps) / _PAPER_FPS:.1f} to "
         f"{max(fps) / _PAPER_FPS:.1f} times 20, and {min(speed):.2f} to {max(speed):.2f} times "
         "real time",

@@ -8,16 +8,16 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from scenarios.results.analysis import whole_breaths
 from scenarios.results.bumpiness import bumpiness
 from scenarios.results.sigmoid import fit_limb, limbs
-from scenarios.studies.paper.finding import Finding, Statement, increasing, listed
+from scenarios.studies.paper.measurement import Measurement, Statement, increasing, listed
 from scenarios.studies.paper.scenes import (
     ALPHA,
     BETA,
     THERMOSTAT,
     Datasets,
     weights_of,
-    whole_breaths,
 )
 
 Array = NDArray[np.float64]
@@ -36,15 +36,15 @@ _FOLLOWS: Final = 0.99
 
 def kept_shares(dataset: xr.Dataset) -> Array:
     """Share of the volume above rest that is still inside at the end of each breath."""
-    seen = whole_breaths(dataset)
-    inhaled = seen["end_inspiratory_volume"] - float(dataset["volume"][0])
-    return np.asarray(seen["residual_volume"] / inhaled)
+    volumes = whole_breaths(dataset)
+    inhaled = volumes["end_inspiratory_volume"] - float(dataset["volume"][0])
+    return np.asarray(volumes["residual_volume"] / inhaled)
 
 
 def shapes_after_breaths(dataset: xr.Dataset) -> Array:
     """Positions at the end of each exhalation, shape (breath, point, axis), m."""
-    seen = whole_breaths(dataset)
-    ends = seen["start"] + seen["duration"]
+    volumes = whole_breaths(dataset)
+    ends = volumes["start"] + volumes["duration"]
     return dataset["position"].sel(snapshot=_nearest(dataset, ends)).to_numpy()
 
 
@@ -60,36 +60,36 @@ def bumpiness_after_breaths(dataset: xr.Dataset) -> Array:
 
 
 def _nearest(dataset: xr.Dataset, times: xr.DataArray) -> Array:
-    kept = dataset["snapshot_time"].to_numpy()
-    return np.asarray(np.abs(kept - times.to_numpy()[:, None]).argmin(axis=1))
+    snapshots = dataset["snapshot_time"].to_numpy()
+    return np.asarray(np.abs(snapshots - times.to_numpy()[:, None]).argmin(axis=1))
 
 
-def _pressure_step(datasets: Datasets) -> Finding:
+def _pressure_step(datasets: Datasets) -> Measurement:
     dataset = datasets[ALPHA["C"]]
     frames = int(np.sum(dataset["time"] <= float(whole_breaths(dataset)["duration"][0]) + 1e-9)) - 1
     step = float(np.abs(dataset["delta_p"]).max())
     swing = float(dataset["respiratory_pressure"].max())
-    return Finding(
+    return Measurement(
         f"ΔP = {step:.3f} cmH2O = {swing:.0f}/{swing / step:.0f}, the frames of one phase; "
         f"{swing:.0f}/{frames} would swing P by {swing / 2:.0f}",
         bool(np.isclose(step, swing / frames)),
     )
 
 
-def _molecules(datasets: Datasets) -> Finding:
+def _molecules(datasets: Datasets) -> Measurement:
     dataset = datasets[ALPHA["C"]].isel(time=slice(1, None))
     inhaling = dataset["phase"] > 0
     most = float(dataset["n"].where(inhaling).max())
     out = np.unique(dataset["n"].where(~inhaling, drop=True))
-    return Finding(
+    return Measurement(
         f"N up to {most:,.0f} while inhaling, {listed(out, ',.0f')} while exhaling",
         most <= 70_000 and out.tolist() == [100.0],
     )
 
 
-def _capacity(datasets: Datasets) -> Finding:
+def _capacity(datasets: Datasets) -> Measurement:
     volumes = [2 * float(datasets[scene]["volume"].max()) for scene in ALPHA.values()]
-    return Finding(
+    return Measurement(
         f"two such lungs hold {listed(volumes, '.2f')} L at most (A, B, C)",
         all(4.7 <= volume <= 6.0 for volume in volumes),
     )
@@ -98,11 +98,11 @@ def _capacity(datasets: Datasets) -> Finding:
 def _follows(scene: str, limb: str, centre: float) -> Statement:
     """Return a statement on one limb of Figure 7."""
 
-    def find(datasets: Datasets) -> Finding:
+    def find(datasets: Datasets) -> Measurement:
         fit = fit_limb(limbs(datasets[scene])[limb])
         follows = fit.has_inflection and fit.r_squared >= _FOLLOWS
         unknown = "" if fit.has_inflection else "; c at its bound, so b, c and d are not determined"
-        return Finding(f"{fit}{unknown}", follows and abs(fit.values["c"] - centre) <= _NEAR)
+        return Measurement(f"{fit}{unknown}", follows and abs(fit.values["c"] - centre) <= _NEAR)
 
     reading = ", f(P) held in both phases" if scene == THERMOSTAT else ""
     says = f"{limb} follows f(P) with c = {centre:g} cmH2O ({scene}{reading})"
@@ -113,10 +113,10 @@ def _kept(letter: str, says: str, *, back: bool) -> Statement:
     """Return a statement on whether a lung comes back to its volume."""
     scene = ALPHA[letter]
 
-    def find(datasets: Datasets) -> Finding:
+    def find(datasets: Datasets) -> Measurement:
         shares = kept_shares(datasets[scene])
         volumes = 1000 * whole_breaths(datasets[scene])["residual_volume"].to_numpy()
-        return Finding(
+        return Measurement(
             f"{listed(volumes, '.0f')} mL above rest after each breath, up to {shares.max():.1%} "
             "of what was inhaled",
             bool((shares <= _BACK).all() if back else (shares > _BACK).all()),
@@ -126,53 +126,55 @@ def _kept(letter: str, says: str, *, back: bool) -> Statement:
     return Statement(f"section 5.1, Figure {figure}", says, (scene,), find)
 
 
-def _ordering(datasets: Datasets) -> Finding:
-    kept = [1000 * whole_breaths(datasets[s])["residual_volume"].to_numpy() for s in ALPHA.values()]
+def _ordering(datasets: Datasets) -> Measurement:
+    above_rest = [
+        1000 * whole_breaths(datasets[s])["residual_volume"].to_numpy() for s in ALPHA.values()
+    ]
     pairs = [
         f"{letter} {low.min():.0f} to {low.max():.0f}"
-        for letter, low in zip(ALPHA, kept, strict=True)
+        for letter, low in zip(ALPHA, above_rest, strict=True)
     ]
-    ordered = [increasing(one) for one in zip(*reversed(kept), strict=True)]
-    return Finding(
+    ordered = [increasing(breath) for breath in zip(*reversed(above_rest), strict=True)]
+    return Measurement(
         f"mL above rest: {', '.join(pairs)}; in order in {sum(ordered)} of {len(ordered)} breaths",
         all(ordered),
     )
 
 
-def _best(datasets: Datasets) -> Finding:
+def _best(datasets: Datasets) -> Measurement:
     last = {letter: kept_shares(datasets[scene])[-1] for letter, scene in ALPHA.items()}
-    said = ", ".join(f"{letter} {share:.1%}" for letter, share in last.items())
-    return Finding(
-        f"still inside after the last breath: {said}", min(last, key=last.__getitem__) == "C"
+    text = ", ".join(f"{letter} {share:.1%}" for letter, share in last.items())
+    return Measurement(
+        f"still inside after the last breath: {text}", min(last, key=last.__getitem__) == "C"
     )
 
 
-def _under_control(datasets: Datasets) -> Finding:
+def _under_control(datasets: Datasets) -> Measurement:
     dataset = datasets[ALPHA["C"]]
-    seen = whole_breaths(dataset)
-    inhaled = float(seen["tidal_volume"].max())
+    volumes = whole_breaths(dataset)
+    inhaled = float(volumes["tidal_volume"].max())
     spread = max(
-        float(np.ptp(seen[name].to_numpy()))
+        float(np.ptp(volumes[name].to_numpy()))
         for name in ("end_inspiratory_volume", "end_expiratory_volume")
     )
     top, limit = float(dataset["volume"].max()), float(dataset["target_volume"].max())
-    return Finding(
+    return Measurement(
         f"breaths differ by {spread / inhaled:.1%} of the tidal volume; at most {top:.2f} L, where "
         f"f(P) ends at {limit:.2f} L",
         spread <= _SAME * inhaled and top <= limit,
     )
 
 
-def _bumps(datasets: Datasets) -> Finding:
+def _bumps(datasets: Datasets) -> Measurement:
     bumps = [bumpiness_after_breaths(datasets[scene]) for scene in BETA.values()]
-    said = ", ".join(
+    text = ", ".join(
         f"β = {weights_of(datasets[scene]).beta:g}: {value[-1]:.4f}"
         for scene, value in zip(BETA.values(), bumps, strict=True)
     )
     rising = [increasing(breath) for breath in zip(*bumps, strict=True)]
     smallest = float(np.diff(bumps, axis=0).min())
-    return Finding(
-        f"{said} mean edges above rest at the end of the last breath; strictly rising in "
+    return Measurement(
+        f"{text} mean edges above rest at the end of the last breath; strictly rising in "
         f"{sum(rising)} of {len(rising)} breaths, the smallest rise is {smallest:.4f}",
         all(rising),
     )

@@ -11,11 +11,12 @@ from typing import Final
 import numpy as np
 import xarray as xr
 
-from scenarios.commands.options import chosen
-from scenarios.errors import OutputError, RunError, ScenarioError
-from scenarios.results.analysis import breaths
+from scenarios.errors import Interrupted, OutputError, RunError, ScenarioError
 from scenarios.results.files import save
-from scenarios.running.run import COMPLETED, Progress, run, versions
+from scenarios.running.machine import versions
+from scenarios.running.progress import Progress, StudyProgress, Watch
+from scenarios.running.run import COMPLETED, run
+from scenarios.scene.catalogue import load
 from scenarios.scene.parse import parse
 from scenarios.scene.scenario import Scenario
 from softbody_core import SimulationError, Weights
@@ -36,8 +37,6 @@ STRIDES: Final[dict[str, int]] = {
 """Communication steps between two snapshots of each scene: whole parts of the paper's frames."""
 
 Datasets = Mapping[str, xr.Dataset]
-Tell = Callable[[str, float], None]
-"""Is told what goes on, and the share of it that is done."""
 
 
 @dataclass
@@ -48,10 +47,8 @@ class Scenes:
     ----------
     folder : Path
         Holds NAME.nc of each scene.
-    changes : sequence of str
-        Assignments ``path=value`` for every scene.
-    cycles : str, optional
-        Number of breaths of every scene.
+    load : callable
+        From a scene's name to its scenario.
     fresh : bool
         Do not take what the folder holds.
     datasets : dict
@@ -61,8 +58,7 @@ class Scenes:
     """
 
     folder: Path
-    changes: Sequence[str] = ()
-    cycles: str | None = None
+    load: Callable[[str], Scenario] = load
     fresh: bool = False
     datasets: dict[str, xr.Dataset] = field(default_factory=dict)
     failures: dict[str, SimulationError] = field(default_factory=dict)
@@ -71,12 +67,24 @@ class Scenes:
         """Where a scene's dataset is kept."""
         return self.folder / f"{name}.nc"
 
-    def check(self, names: Sequence[str]) -> None:
-        """Raise `ScenarioError` if the changes suit none of the scenes: they are a mistake then."""
+    def get_all(self, names: Sequence[str], watch: Watch) -> None:
+        """Get each scene once; see `get`.
+
+        Raises
+        ------
+        ScenarioError
+            If none of them can be loaded: the changes that they bear are a mistake then.
+        """
+        needed = list(dict.fromkeys(names))
+        self._check(needed)
+        for name in needed:
+            self.get(name, watch)
+
+    def _check(self, names: Sequence[str]) -> None:
         errors = []
         for name in names:
             try:
-                self._scenario(name)
+                self.load(name)
             except ScenarioError as error:
                 errors.append(error)
         if errors and len(errors) == len(names):
@@ -87,16 +95,16 @@ class Scenes:
         if self.fresh or not self.path(name).exists():
             return None
         try:
-            return self._kept(name, self._scenario(name))
+            return self._from_folder(name, self.load(name))
         except ScenarioError:  # changes that were meant for other scenes
             return None
 
-    def get(self, name: str, tell: Tell) -> xr.Dataset | None:
+    def get(self, name: str, watch: Watch) -> xr.Dataset | None:
         """Take a scene from the folder, or run it and keep it; None if it failed.
 
         Raises
         ------
-        RunError
+        Interrupted
             If the run was interrupted; what was computed is kept.
         OutputError
             If the dataset cannot be written.
@@ -104,23 +112,20 @@ class Scenes:
         if name in self.datasets or name in self.failures:
             return self.datasets.get(name)
         try:
-            scenario = self._scenario(name)
-            kept = None if self.fresh else self._kept(name, scenario)
-            self.datasets[name] = self._run(name, scenario, tell) if kept is None else kept
-        except OutputError:
+            scenario = self.load(name)
+            dataset = None if self.fresh else self._from_folder(name, scenario)
+            if dataset is None:
+                dataset = self._run(name, scenario, watch)
+            self.datasets[name] = dataset
+        except (OutputError, Interrupted):
             raise
         except SimulationError as error:
-            if isinstance(error.__cause__, KeyboardInterrupt):
-                raise
             self.failures[name] = error
         return self.datasets.get(name)
 
-    def _scenario(self, name: str) -> Scenario:
-        return chosen(name, self.changes, self.cycles)
-
-    def _run(self, name: str, scenario: Scenario, tell: Tell) -> xr.Dataset:
+    def _run(self, name: str, scenario: Scenario, watch: Watch) -> xr.Dataset:
         def progress(at: Progress) -> None:
-            tell(f"scene {name}", at.time / at.duration)
+            watch(StudyProgress(f"scene {name}", at.time / at.duration, 1))
 
         try:
             dataset = run(scenario, positions_every=_interval(name, scenario), progress=progress)
@@ -130,7 +135,7 @@ class Scenes:
         save(dataset, self.path(name))
         return dataset
 
-    def _kept(self, name: str, scenario: Scenario) -> xr.Dataset | None:
+    def _from_folder(self, name: str, scenario: Scenario) -> xr.Dataset | None:
         try:
             dataset = xr.load_dataset(self.path(name), engine="netcdf4")
         except (OSError, ValueError):  # none, or a file that is no dataset of ours: run it
@@ -148,20 +153,6 @@ class Scenes:
 def weights_of(dataset: xr.Dataset) -> Weights:
     """Weights of the scenario that a dataset came of."""
     return parse(dataset.attrs["scenario_name"], dataset.attrs["scenario"], Path()).weights
-
-
-def whole_breaths(dataset: xr.Dataset) -> xr.Dataset:
-    """Volumes of each breath, as `scenarios.breaths` gives them.
-
-    Raises
-    ------
-    ScenarioError
-        If the run has no complete breath.
-    """
-    seen = breaths(dataset)
-    if seen.sizes["breath"] == 0:
-        raise ScenarioError("the run has no complete breath; give it at least one cycle")
-    return seen
 
 
 def _interval(name: str, scenario: Scenario) -> float:

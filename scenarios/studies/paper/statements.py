@@ -7,14 +7,10 @@ from dataclasses import dataclass
 from textwrap import shorten
 from typing import Final
 
-from rich.console import Console
-from rich.markup import escape
-from rich.table import Table
-
 from scenarios.errors import ScenarioError
-from scenarios.studies.paper.finding import Finding, Statement
 from scenarios.studies.paper.glass import BALL
 from scenarios.studies.paper.lungs import LUNGS
+from scenarios.studies.paper.measurement import Measurement, Statement
 from scenarios.studies.paper.scenes import Datasets
 from softbody_core.ground.errors import SimulationError
 
@@ -24,14 +20,19 @@ _REASON: Final = 100
 
 
 @dataclass(frozen=True)
-class Verdict:
-    """A statement, and what was found of it."""
+class JudgedStatement:
+    """A statement, what was measured of it, and whether it holds."""
 
     statement: Statement
-    finding: Finding
+    measurement: Measurement
+
+    @property
+    def answer(self) -> str:
+        """Whether it holds, in a word."""
+        return "yes" if self.measurement.holds else "no"
 
 
-def judge(datasets: Datasets, failures: Mapping[str, SimulationError]) -> list[Verdict]:
+def judge(datasets: Datasets, failures: Mapping[str, SimulationError]) -> list[JudgedStatement]:
     """Look at each statement whose scenes are there, or one of whose scenes failed.
 
     Parameters
@@ -43,66 +44,44 @@ def judge(datasets: Datasets, failures: Mapping[str, SimulationError]) -> list[V
 
     Returns
     -------
-    list of Verdict
+    list of JudgedStatement
         In the paper's order, without the statements whose scenes nobody asked for.
     """
     return [
-        Verdict(statement, _find(statement, datasets, failures))
+        JudgedStatement(statement, _measure(statement, datasets, failures))
         for statement in STATEMENTS
         if any(scene in failures for scene in statement.scenes)
         or all(scene in datasets for scene in statement.scenes)
     ]
 
 
-def _find(
+def _measure(
     statement: Statement, datasets: Datasets, failures: Mapping[str, SimulationError]
-) -> Finding:
+) -> Measurement:
     failed = [
         f"{scene} failed: {shorten(str(failures[scene]), _REASON, placeholder=' …')}"
         for scene in statement.scenes
         if scene in failures
     ]
     if failed:
-        return Finding("; ".join(failed), holds=False)
+        return Measurement("; ".join(failed), holds=False)
     try:
-        return statement.find(datasets)
+        return statement.measure(datasets)
     except ScenarioError as error:  # a run that is too short to say anything
-        return Finding(f"cannot be measured: {error}", holds=False)
+        return Measurement(f"cannot be measured: {error}", holds=False)
 
 
-def markdown(verdicts: Sequence[Verdict]) -> str:
+def markdown(judged: Sequence[JudgedStatement]) -> str:
     """Write the table of statements."""
     lines = ["| where | the paper says | measured | holds |", "|---|---|---|---|"]
     lines += [
-        f"| {v.statement.where} | {v.statement.says} | {_cell(v.finding.measured)} | {_word(v)} |"
-        for v in verdicts
+        f"| {statement.where} | {statement.says} | {_cell(measured)} | {entry.answer} |"
+        for entry in judged
+        for statement, measured in [(entry.statement, entry.measurement.measured)]
     ]
     return "\n".join([*lines, ""])
-
-
-def show(console: Console, verdicts: Sequence[Verdict]) -> None:
-    """Print the table of statements."""
-    if not verdicts:
-        return
-    table = Table(title="The paper's statements", show_lines=True)
-    for heading in ("where", "the paper says", "measured"):
-        table.add_column(heading, overflow="fold")
-    table.add_column("holds", justify="center")
-    for v in verdicts:
-        style = "green" if v.finding.holds else "red"
-        table.add_row(
-            v.statement.where,
-            v.statement.says,
-            escape(v.finding.measured),
-            f"[{style}]{_word(v)}[/]",
-        )
-    console.print(table)
 
 
 def _cell(text: str) -> str:
     """Keep a reason that has a bar in it within its cell."""
     return text.replace("|", r"\|")
-
-
-def _word(verdict: Verdict) -> str:
-    return "yes" if verdict.finding.holds else "no"

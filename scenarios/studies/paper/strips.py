@@ -15,10 +15,11 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
+from scenarios.results.analysis import whole_breaths
 from scenarios.results.bumpiness import normal_deviation
 from scenarios.results.rendering.camera import Array, Camera
 from scenarios.results.rendering.render import Surface, linear, render
-from scenarios.studies.paper.scenes import Datasets, weights_of, whole_breaths
+from scenarios.studies.paper.scenes import Datasets, weights_of
 
 FRAMES: Final = (100, 1000, 2000, 3000, 4000, 6000)
 """Frames of Figures 1 to 6, time steps."""
@@ -96,10 +97,10 @@ def bumpiness_strip(scenes: Sequence[str], title: str) -> Callable[[Datasets, Pa
     """Return what draws Figure 12: surfaces at the end of a breath, coloured by bumpiness."""
 
     def draw(datasets: Datasets, path: Path) -> None:
-        chosen = [datasets[scene] for scene in scenes]
+        runs = [datasets[scene] for scene in scenes]
         shapes = [
             (dataset["position"].to_numpy()[-1], dataset["triangles"].to_numpy())
-            for dataset in chosen
+            for dataset in runs
         ]
         bumps = [np.abs(normal_deviation(*shape)) for shape in shapes]
         scale = Normalize(0.0, float(np.quantile(np.concatenate(bumps), 0.99)), clip=True)
@@ -108,7 +109,7 @@ def bumpiness_strip(scenes: Sequence[str], title: str) -> Callable[[Datasets, Pa
                 (Surface(points, triangles, linear(_BUMPS(scale(bump))[:, :3])),),
                 f"β = {weights_of(dataset).beta:g}",
             )
-            for dataset, (points, triangles), bump in zip(chosen, shapes, bumps, strict=True)
+            for dataset, (points, triangles), bump in zip(runs, shapes, bumps, strict=True)
         ]
         figure = _strip(frames, _LUNG_VIEW, title, right=_BAR)
         wide = figure.get_figwidth()
@@ -151,9 +152,9 @@ def _phases(dataset: xr.Dataset) -> tuple[list[str], list[float]]:
 
 def _snapshots(dataset: xr.Dataset, times: Iterable[float]) -> list[tuple[float, Array]]:
     """Time and positions of the snapshots nearest to `times`."""
-    kept = dataset["snapshot_time"].to_numpy()
-    nearest = [int(np.argmin(np.abs(kept - time))) for time in times]
-    return [(float(kept[i]), dataset["position"].to_numpy()[i]) for i in nearest]
+    times_of_snapshots = dataset["snapshot_time"].to_numpy()
+    nearest = [int(np.argmin(np.abs(times_of_snapshots - time))) for time in times]
+    return [(float(times_of_snapshots[i]), dataset["position"].to_numpy()[i]) for i in nearest]
 
 
 def _strip(

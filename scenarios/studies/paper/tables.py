@@ -8,7 +8,7 @@ from typing import Final
 
 import xarray as xr
 
-from scenarios.studies.paper.finding import listed
+from scenarios.results.analysis import whole_breaths
 from scenarios.studies.paper.glass import (
     frames_per_second,
     kept_volume,
@@ -17,7 +17,8 @@ from scenarios.studies.paper.glass import (
     roughness,
 )
 from scenarios.studies.paper.lungs import bumpiness_after_breaths, kept_shares
-from scenarios.studies.paper.scenes import ALPHA, BETA, GLASS, Datasets, weights_of, whole_breaths
+from scenarios.studies.paper.measurement import listed
+from scenarios.studies.paper.scenes import ALPHA, BETA, GLASS, Datasets, weights_of
 
 Column = Callable[[xr.Dataset], str]
 

@@ -68,7 +68,7 @@ TARGETS: Final[dict[str, Target]] = {
 }
 
 
-def asked(names: Iterable[str]) -> dict[str, Target]:
+def choose_targets(names: Iterable[str]) -> dict[str, Target]:
     """Targets by name, in the paper's order; ``all`` stands for every one.
 
     Raises

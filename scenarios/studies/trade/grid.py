@@ -3,50 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from typing import Final
 
 import numpy as np
 import xarray as xr
 
-from scenarios.errors import RunError, ScenarioError
-from scenarios.running.run import COMPLETED, Progress, run
+from scenarios.errors import Interrupted, RunError, ScenarioError
+from scenarios.results.comparison import volume_error
+from scenarios.running.progress import Progress, StudyProgress, Watch, unwatched
+from scenarios.running.run import COMPLETED, run
 from scenarios.scene.scenario import Scenario
-from scenarios.studies.trade.axes import Value, axis_values, finest, named, put_all
+from scenarios.studies.trade.axes import AXES, Value
 from scenarios.studies.trade.order import convergence_order
-from scenarios.studies.trade.reference import PARTS, reference, run_finely, volume_error
-from scenarios.studies.trade.result import describe_reference, empty, record
-from softbody_core.ground.errors import SimulationError
+from scenarios.studies.trade.reference import PARTS, converged_reference, run_finely
+from scenarios.studies.trade.result import describe_reference, empty, is_mesh, record
+from scenarios.studies.trade.settings import axis_values, finest, in_words, put_all
+from softbody_core import SimulationError
 
 MEANS_NOTHING: Final = "this axis means nothing to this scheme"
 STOPPED: Final = "stopped"
-
-
-@dataclass(frozen=True)
-class GridProgress:
-    """How far a trade has come.
-
-    Attributes
-    ----------
-    name : str
-        What runs now.
-    done : float
-        Runs done, with the part done of the one that runs now.
-    total : int
-        Runs in all; the reference counts as one.
-    """
-
-    name: str
-    done: float
-    total: int
-
-
-Watch = Callable[[GridProgress], None]
-
-
-class _TooSlow(SimulationError):
-    """A cell took longer than it may."""
 
 
 def trade(
@@ -89,15 +66,14 @@ def trade(
         raise ScenarioError(f"limit = {limit:g} s: expected a positive time")
     values = axis_values(scenario, axes)
     scenario = scenario.changed({"run.cycles": cycles})
-    grid = _Grid(scenario, values, limit, progress if progress is not None else lambda _: None)
+    grid = _Grid(scenario, values, limit, progress or unwatched)
     try:
         grid.run_reference()
         grid.run_cells()
-    except (RunError, KeyboardInterrupt) as error:
-        interrupted = error if isinstance(error, KeyboardInterrupt) else error.__cause__
-        if isinstance(interrupted, KeyboardInterrupt):
-            grid.result.attrs["status"] = "interrupted"
-            raise RunError("interrupted", grid.result) from interrupted
+    except (Interrupted, KeyboardInterrupt) as error:
+        grid.result.attrs["status"] = "interrupted"
+        raise Interrupted("interrupted", grid.result) from error
+    except RunError as error:
         grid.result.attrs["status"] = f"failed: the reference: {error}"
         raise RunError(f"the reference: {error}", grid.result) from error
     grid.result.attrs["status"] = COMPLETED
@@ -116,72 +92,97 @@ class _Grid:
     ) -> None:
         self.result = empty(scenario, values)
         self._limit, self._watch = limit, watch
-        names = list(values)
-        shape = [len(own) for own in values.values()]
         self._settings = {
-            index: {name: values[name][i] for name, i in zip(names, index, strict=True)}
-            for index in np.ndindex(*shape)
+            index: {name: along[i] for (name, along), i in zip(values.items(), index, strict=True)}
+            for index in np.ndindex(*map(len, values.values()))
         }
         # Whatever a scenario refuses, it refuses here, before anything runs.
-        self._cells = {index: put_all(scenario, said) for index, said in self._settings.items()}
+        self._cells = {
+            index: put_all(scenario, setting) for index, setting in self._settings.items()
+        }
         self._finest = put_all(scenario, finest(values)) or scenario
-        self._sizes = [int(points) for points in values.get("points", ())]
-        self._total = 1 + len(self._sizes[:-1]) + len(self._cells)
+        self._meshes = {name: values[name] for name in values if is_mesh(name)}
+        coarser = sum(len(sizes) - 1 for sizes in self._meshes.values())
+        self._total = 1 + coarser + len(self._cells)
         self._done = 0
 
     def run_reference(self) -> None:
-        """Run what the cells are measured against; with an axis of points, on each mesh."""
-        self._reference, error = reference(self._finest, PARTS, progress=self._show("reference"))
+        """Run what the cells are measured against; with an axis of meshes, on each of them."""
+        progress = self._progress_of("reference")
+        self._reference, error = converged_reference(self._finest, PARTS, progress=progress)
         self._done += 1
         describe_reference(self.result, self._reference, error, 2 * PARTS)
+        for name, sizes in self._meshes.items():
+            self._run_meshes(name, sizes)
+
+    def _run_meshes(self, name: str, sizes: Sequence[Value]) -> None:
+        """Run the reference on coarser meshes, for the order of convergence."""
         curves = [self._reference]
-        for points in reversed(self._sizes[:-1]):
-            coarser = put_all(self._finest, {"points": points}) or self._finest
-            curves.insert(
-                0, run_finely(coarser, 2 * PARTS, self._show(f"reference, points {points}"))
-            )
+        for size in reversed(sizes[:-1]):
+            coarser = put_all(self._finest, {name: size}) or self._finest
+            progress = self._progress_of(f"reference, {name} {size}")
+            curves.insert(0, run_finely(coarser, 2 * PARTS, progress))
             self._done += 1
         changes = [volume_error(coarse, fine) for coarse, fine in pairwise(curves)]
-        if changes:
-            self.result["points_change"][:-1] = changes
-            self.result.attrs["points_order"] = convergence_order(self._sizes, changes)
+        width = AXES[name].width
+        if changes and width is not None:
+            self.result[f"{name}_change"][:-1] = changes
+            widths = width(np.asarray(sizes, float))
+            self.result.attrs[f"{name}_order"] = convergence_order(widths, changes)
 
     def run_cells(self) -> None:
         """Run each cell. One that fails says so, and the next one runs."""
         status = self.result["status"].to_numpy()
         for index, cell in self._cells.items():
-            name = named(self._settings[index])
             if cell is None:
                 status[index] = MEANS_NOTHING
             elif self._was_too_slow(index):
                 status[index] = f"{STOPPED}: a longer step took too long"
             else:
-                try:
-                    dataset = run(cell, progress=self._show(name, self._limit))
-                    record(self.result, index, dataset, self._reference)
-                except SimulationError as error:
-                    if isinstance(error.__cause__, KeyboardInterrupt):
-                        raise
-                    slow = isinstance(error.__cause__, _TooSlow)
-                    status[index] = f"{STOPPED}: {error}" if slow else f"failed: {error}"
+                self._run_cell(index, cell)
             self._done += 1
-            self._watch(GridProgress(name, self._done, self._total))
+            self._watch(StudyProgress(in_words(self._settings[index]), self._done, self._total))
+
+    def _run_cell(self, index: tuple[int, ...], cell: Scenario) -> None:
+        limit = _TimeLimit(self._limit)
+        watch = self._progress_of(in_words(self._settings[index]))
+
+        def progress(at: Progress) -> None:
+            watch(at)
+            limit.check(at)
+
+        try:
+            record(self.result, index, run(cell, progress=progress), self._reference)
+        except Interrupted:
+            raise
+        except SimulationError as error:
+            reason = STOPPED if limit.exceeded else "failed"
+            self.result["status"].to_numpy()[index] = f"{reason}: {error}"
 
     def _was_too_slow(self, index: tuple[int, ...]) -> bool:
-        """Tell whether the same setting with the next longer inner step was stopped."""
+        """Tell whether the same setting was stopped at the next coarser value of a dearer axis."""
         status = self.result["status"]
-        if "dt" not in status.dims:
-            return False
-        axis = status.dims.index("dt")
-        longer = (*index[:axis], index[axis] - 1, *index[axis + 1 :])
-        return index[axis] > 0 and str(status.to_numpy()[longer]).startswith(STOPPED)
+        for position, name in enumerate(status.dims):
+            coarser = (*index[:position], index[position] - 1, *index[position + 1 :])
+            if AXES[str(name)].dearer and index[position] > 0:
+                return str(status.to_numpy()[coarser]).startswith(STOPPED)
+        return False
 
-    def _show(self, name: str, limit: float | None = None) -> Callable[[Progress], None]:
-        now = GridProgress(name, self._done, self._total)
+    def _progress_of(self, name: str) -> Callable[[Progress], None]:
+        """Report the progress of a run as that of its part of the grid."""
+        part = StudyProgress(name, self._done, self._total)
+        return lambda at: self._watch(replace(part, done=part.done + at.time / at.duration))
 
-        def show(at: Progress) -> None:
-            self._watch(replace(now, done=now.done + at.time / at.duration))
-            if limit is not None and at.wall_time > limit:
-                raise _TooSlow(f"it took more than {limit:g} s")
 
-        return show
+class _TimeLimit:
+    """Ends a run that takes longer than it may."""
+
+    def __init__(self, seconds: float) -> None:
+        self._seconds = seconds
+        self.exceeded = False
+
+    def check(self, at: Progress) -> None:
+        """Raise `SimulationError` if it does."""
+        if at.wall_time > self._seconds:
+            self.exceeded = True
+            raise SimulationError(f"it took more than {self._seconds:g} s")

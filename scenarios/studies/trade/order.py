@@ -1,20 +1,21 @@
-"""The order at which something converges with the number of points."""
+"""The order at which something converges with the width of a mesh."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.optimize import minimize_scalar
 
 
-def convergence_order(points: Sequence[int], changes: Sequence[float]) -> float:
-    """Order p at which changes from mesh to mesh follow hᵢᵖ − hᵢ₊₁ᵖ, with h = points^(−1/2).
+def convergence_order(widths: ArrayLike, changes: Sequence[float]) -> float:
+    """Order p at which changes from mesh to mesh follow hᵢᵖ − hᵢ₊₁ᵖ.
 
     Parameters
     ----------
-    points : sequence of int
-        Sizes, coarse to fine.
+    widths : array_like
+        h of each mesh, coarse to fine.
     changes : sequence of float
         From each mesh to the next one, positive.
 
@@ -25,7 +26,7 @@ def convergence_order(points: Sequence[int], changes: Sequence[float]) -> float:
     """
     if len(changes) < 2 or not np.all(np.asarray(changes) > 0):
         return float("nan")
-    h = np.asarray(points, float) ** -0.5
+    h = np.asarray(widths, float)
 
     def misfit(order: float) -> float:
         powers = h**order

@@ -12,8 +12,9 @@ import xarray as xr
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from scenarios.studies.trade.axes import told
+from scenarios.studies.trade.axes import AXES
 from scenarios.studies.trade.pareto import at_most, floor, front
+from scenarios.studies.trade.settings import value_text
 
 Floats = NDArray[np.float64]
 
@@ -48,19 +49,19 @@ def work_precision(dataset: xr.Dataset) -> Figure:
             continue
         colour = colours.setdefault(setting.get("integrator", count), f"C{len(colours)}")
         style: dict[str, Any] = {"color": colour, "marker": _MARKERS[count % len(_MARKERS)]}
-        label = ", ".join(map(told, values)) or f"along {along}"
+        label = ", ".join(map(value_text, values)) or f"along {along}"
         axes.plot(cost, error, label=label, linewidth=1.2, markersize=4.5, **style)
         if along is not None:
             texts = line[along][line["error"].notnull()].to_numpy()
             for end in {0, len(error) - 1}:
-                _say(axes, told(texts[end]), (cost[end], error[end]))
+                _annotate(axes, value_text(texts[end]), (cost[end], error[end]))
     if colours:  # nothing has a logarithmic scale without a number on it
         best = _places(shown.where(shown["front"]))
         axes.plot(*best, "o", markersize=11, fillstyle="none", color="0.2", label="Pareto front")
         axes.axhline(smallest, color="0.5", linestyle=":", linewidth=1, label="limit of reference")
         axes.set(xscale="log", yscale="log")
-        said = None if along is None else f"numbers: {along.replace('_', ' ')}"
-        figure.legend(loc="outside right upper", frameon=False, fontsize="small", title=said)
+        title = None if along is None else f"numbers: {along.replace('_', ' ')}"
+        figure.legend(loc="outside right upper", frameon=False, fontsize="small", title=title)
     axes.set(
         xlabel="wall time per simulated second (s/s)",
         ylabel="largest deviation of V(t) over its range (1)",
@@ -75,7 +76,8 @@ def _line_axis(dataset: xr.Dataset) -> str | None:
     """Axis along which lines are drawn: the inner step, else the last one of numbers, if any."""
     names = [str(name) for name in dataset["error"].dims]
     numbers = [name for name in names if np.issubdtype(dataset[name].dtype, np.number)]
-    return "dt" if "dt" in numbers else numbers[-1] if numbers else None
+    steps = [name for name in numbers if AXES[name].dearer]
+    return steps[0] if steps else numbers[-1] if numbers else None
 
 
 def _places(cells: xr.Dataset) -> tuple[Floats, Floats]:
@@ -86,7 +88,7 @@ def _places(cells: xr.Dataset) -> tuple[Floats, Floats]:
     return cost[done], error[done]
 
 
-def _say(axes: Any, text: str, at: tuple[float, float]) -> None:
+def _annotate(axes: Any, text: str, at: tuple[float, float]) -> None:
     axes.annotate(text, at, (5, 5), textcoords="offset points", fontsize=7, color="0.35")
 
 

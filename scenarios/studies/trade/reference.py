@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-import numpy as np
 import xarray as xr
 
-from scenarios.errors import ScenarioError
-from scenarios.running.run import Progress, run
+from scenarios.results.comparison import volume_error
+from scenarios.running.progress import Progress, unwatched
+from scenarios.running.run import run
 from scenarios.scene.scenario import Scenario
 from scenarios.studies.trade.schemes import with_inner_step, with_integrator
 
@@ -17,7 +17,7 @@ PARTS = 16
 """Equal steps of the coarser of the two reference runs in one communication step."""
 
 
-def reference(
+def converged_reference(
     scenario: Scenario,
     parts: int = PARTS,
     *,
@@ -50,13 +50,13 @@ def reference(
     RunError
         If one of the runs ends early.
     """
-    seen: Callable[[Progress], None] = progress if progress is not None else lambda _: None
+    watch: Callable[[Progress], None] = progress or unwatched
 
     def first(at: Progress) -> None:
-        seen(replace(at, duration=3 * at.duration))
+        watch(replace(at, duration=3 * at.duration))
 
     def second(at: Progress) -> None:
-        seen(replace(at, time=at.duration + 2 * at.time, duration=3 * at.duration))
+        watch(replace(at, time=at.duration + 2 * at.time, duration=3 * at.duration))
 
     coarse = run_finely(scenario, parts, first)
     fine = run_finely(scenario, 2 * parts, second)
@@ -67,43 +67,6 @@ def run_finely(
     scenario: Scenario, parts: int, progress: Callable[[Progress], None] | None = None
 ) -> xr.Dataset:
     """Run a scenario by ``sdirk2`` in so many equal steps a communication step."""
-    stepped = with_inner_step(with_integrator(scenario, "sdirk2"), 1 / parts)
+    stepped = with_inner_step(with_integrator(scenario.draft, "sdirk2"), 1 / parts)
     assert stepped is not None  # noqa: S101 - sdirk2 has inner steps
-    return run(stepped, progress=progress)
-
-
-def volume_error(dataset: xr.Dataset, reference: xr.Dataset) -> float:
-    """Largest deviation of the volume from a reference, as a share of the reference's range.
-
-    Only times that both have are compared, so that nothing is interpolated. Two communication
-    steps share all points of the longer one if the shorter one divides it.
-
-    Parameters
-    ----------
-    dataset, reference : xarray.Dataset
-        Of `scenarios.run`.
-
-    Returns
-    -------
-    float
-        max |V − V_ref| / (max V_ref − min V_ref), 1.
-
-    Raises
-    ------
-    ScenarioError
-        If they share no time but the start, or the reference's volume does not change.
-    """
-    ours, theirs = dataset["time"].to_numpy(), reference["time"].to_numpy()
-    slack = 1e-9 * theirs[-1]  # i · h and 2i · h/2 differ by rounding
-    match = np.minimum(np.searchsorted(theirs, ours - slack), len(theirs) - 1)
-    common = np.abs(theirs[match] - ours) <= slack
-    volume = reference["volume"].to_numpy()
-    swing = float(np.ptp(volume))
-    if common.sum() < 2 or swing == 0:
-        raise ScenarioError(
-            f"a run of {len(ours)} samples to {ours[-1]:g} s cannot be compared with one of "
-            f"{len(theirs)} samples to {theirs[-1]:g} s, whose volume changes by {swing:g} L: "
-            "expected times in common, and a volume that changes"
-        )
-    deviation = dataset["volume"].to_numpy()[common] - volume[match[common]]
-    return float(np.abs(deviation).max() / swing)
+    return run(stepped.build(si=True), progress=progress)

@@ -9,10 +9,10 @@ import numpy as np
 import xarray as xr
 
 from scenarios.results.analysis import breaths
+from scenarios.results.comparison import volume_error
 from scenarios.running.run import COMPLETED
 from scenarios.scene.scenario import Scenario
 from scenarios.studies.trade.axes import AXES, Value
-from scenarios.studies.trade.reference import volume_error
 
 NOT_REACHED: Final = "not reached"
 
@@ -27,22 +27,23 @@ _MEASURED: Final = {
     "linear_solves": ("1", "linear solves"),
 }
 
-_KEPT: Final = ("versions", "controller", "controller_parameters", "controller_sha256")
+_SHARED: Final = ("versions", "controller", "controller_parameters", "controller_sha256")
 """Attributes of a run that hold for the whole grid."""
 
 
 def empty(scenario: Scenario, values: Mapping[str, Sequence[Value]]) -> xr.Dataset:
     """Make the dataset of a grid of which no cell has run."""
     dims = tuple(values)
-    shape = tuple(len(own) for own in values.values())
+    shape = tuple(map(len, values.values()))
     dataset = xr.Dataset(
         {
-            name: (dims, np.full(shape, np.nan), {"units": units, "long_name": said})
-            for name, (units, said) in _MEASURED.items()
+            name: (dims, np.full(shape, np.nan), {"units": units, "long_name": long_name})
+            for name, (units, long_name) in _MEASURED.items()
         },
         coords={
-            name: (name, list(own), {"units": AXES[name].units, "long_name": AXES[name].long_name})
-            for name, own in values.items()
+            name: (name, list(along), {"units": axis.units, "long_name": axis.long_name})
+            for name, along in values.items()
+            for axis in [AXES[name]]
         },
         attrs={
             "title": scenario.title,
@@ -52,24 +53,32 @@ def empty(scenario: Scenario, values: Mapping[str, Sequence[Value]]) -> xr.Datas
             "reference_error": np.nan,
         },
     )
-    said = {"units": "1", "long_name": "completed, or why there is no result"}
-    dataset["status"] = (dims, np.full(shape, NOT_REACHED, dtype=object), said)
-    if "points" in values:
-        said = {"units": "1", "long_name": "volume_error of the reference against the next mesh"}
-        dataset["points_change"] = ("points", np.full(len(values["points"]), np.nan), said)
+    attributes = {"units": "1", "long_name": "completed, or why there is no result"}
+    dataset["status"] = (dims, np.full(shape, NOT_REACHED, dtype=object), attributes)
+    for name in filter(is_mesh, values):
+        attributes = {
+            "units": "1",
+            "long_name": "volume_error of the reference against the next mesh",
+        }
+        dataset[f"{name}_change"] = (name, np.full(len(values[name]), np.nan), attributes)
     return dataset
+
+
+def is_mesh(name: str) -> bool:
+    """Whether the values of an axis stand for meshes."""
+    return AXES[name].width is not None
 
 
 def describe_reference(
     dataset: xr.Dataset, reference: xr.Dataset, error: float, parts: int
 ) -> None:
-    """Say what the cells are measured against."""
+    """Write down what the cells are measured against."""
     dataset.attrs |= {
         "reference": f"sdirk2 in {parts} equal steps a communication step; half as many make "
         f"the reference_error",
         "reference_scenario": reference.attrs["scenario"],
         "reference_error": error,
-        **{name: reference.attrs[name] for name in _KEPT if name in reference.attrs},
+        **{name: reference.attrs[name] for name in _SHARED if name in reference.attrs},
     }
 
 
@@ -78,13 +87,13 @@ def record(
 ) -> None:
     """Measure a run, and put it into its cell."""
     simulated = float(run["time"][-1])
-    found = {
+    measured = {
         "error": volume_error(run, reference),
         "end_expiratory_error": abs(_end_expiratory(run) - _end_expiratory(reference)),
         "wall_time_per_second": run.attrs["wall_time"] / simulated,
         **{name: run.attrs[name] for name in COUNTS},
     }
-    for name, value in found.items():
+    for name, value in measured.items():
         dataset[name].to_numpy()[index] = value
     dataset["status"].to_numpy()[index] = COMPLETED
 

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from scenarios import OutputError
-from scenarios.results.files import check_writable, save
+from scenarios.results.files import check_writable, replacing, save
 
 
 def _names(folder: Path) -> list[str]:
@@ -64,6 +64,22 @@ def test_an_older_file_stays_if_the_new_one_cannot_be_written(
         save(sphere, tmp_path / "out.nc")
     assert _names(tmp_path) == ["out.nc"]
     assert (tmp_path / "out.nc").read_text() == "older"
+
+
+def test_whatever_goes_wrong_an_older_file_stays_and_nothing_else(tmp_path: Path) -> None:
+    path = tmp_path / "out.png"
+    path.write_text("older")
+
+    def fail_half_way() -> None:
+        with replacing(path) as partial:
+            assert partial.suffix == ".png"  # which tells matplotlib the format
+            partial.write_text("half")
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        fail_half_way()
+    assert _names(tmp_path) == ["out.png"]
+    assert path.read_text() == "older"
 
 
 @pytest.mark.parametrize("name", ["mine.toml", "mine.fmu", "mine.ply", "out", "out.png"])

@@ -25,6 +25,7 @@ from cosim import ALGORITHMS, CouplingError
 from cosim.controllers import build, controller_source
 from scenarios import CheckpointError, Checkpoints, OutputError, Progress, RunError, Scenario
 from scenarios.results.files import save
+from scenarios.running import session
 from scenarios.running.checkpoint import read
 from scenarios.scene.parse import parse
 from tests.scenarios.conftest import Cli
@@ -58,7 +59,7 @@ def stop_at(moment: float) -> Callable[[Progress], None]:
 def broken_and_resumed(scene: Scenario, path: Path, **options: Any) -> xr.Dataset:
     with pytest.raises(_Stop):
         scenarios.run(scene, checkpoints=Checkpoints(path, 7), progress=stop_at(0.5), **options)
-    assert read(path).loop.index == 14  # 16/30 s were reached
+    assert read(path).state.loop.index == 14  # 16/30 s were reached
     return scenarios.resume(path)
 
 
@@ -178,17 +179,17 @@ def test_a_damaged_file_is_an_error_or_does_no_harm(
     spoilt[place] ^= flip
     path.write_bytes(whole[:place] if cut else spoilt)
     try:
-        kept = read(path)
+        spoilt_one = read(path)
     except CheckpointError:
         with pytest.raises(CheckpointError, match="damaged"):
             read(path)
     else:  # a byte that stands for nothing, such as a date
         path.write_bytes(whole)
         true = read(path)
-        assert kept.loop == true.loop
-        assert kept.scenario == true.scenario
-        for name, values in true.arrays.items():
-            np.testing.assert_array_equal(kept.arrays[name], values)
+        assert spoilt_one.state.loop == true.state.loop
+        assert spoilt_one.provenance == true.provenance
+        for name, values in true.state.arrays.items():
+            np.testing.assert_array_equal(spoilt_one.state.arrays[name], values)
 
 
 def test_what_is_no_checkpoint_is_refused(cli: Cli, tmp_path: Path) -> None:
@@ -227,9 +228,7 @@ def test_an_interrupted_run_keeps_its_checkpoint_and_its_data(
 ) -> None:
     (tmp_path / "short.toml").write_text(short.text)
     whole = scenarios.run(short)
-    monkeypatch.setattr(
-        scenarios.running.run, "Progress", _interrupting(scenarios.running.run.Progress)
-    )
+    monkeypatch.setattr(session, "Progress", _interrupting(Progress))
     interrupted = cli("run", "short.toml", "--no-plot", "--checkpoint", "5")
     assert interrupted.code == 130
     assert "go on with: softbody resume out.checkpoint" in interrupted.out

@@ -52,7 +52,10 @@ def test_half_the_communication_step_gives_the_same_breaths(name: str) -> None:
 @pytest.mark.parametrize("name", CONTROLLERS)
 @pytest.mark.parametrize("scene", ["lung", "sphere-lung"])
 def test_scenes_that_ship_have_parameters_for_it(scene: str, name: str) -> None:
-    assert scenarios.load(scene, {"controller.use": name}).controller.parameters
+    assert scenarios.load(scene, {"controller.use": name}).controller.parameters, (
+        f"scenarios/library/{scene}.toml: expected a table [controller.{name}] with parameters "
+        "that suit its body"
+    )
 
 
 @pytest.mark.slow

@@ -11,7 +11,7 @@ import xarray as xr
 import scenarios
 from cosim import ALGORITHMS, CouplingError, Iterated
 from scenarios import RunError, Scenario, ScenarioError
-from scenarios.studies.trade.axes import put_all
+from scenarios.studies.trade.settings import put_all
 
 EXACT = {"adaptive": 2}
 """Halvings of each step with nothing to divide it for; others repeat Gauss-Seidel."""
@@ -54,7 +54,7 @@ def test_an_algorithm_has_its_own_options(short: Scenario) -> None:
     algorithm: Any = short.changed({"coupling": timed}).coupling.algorithm
     assert algorithm.tolerance == 1e-3
     with pytest.raises(ScenarioError, match=r"coupling\.tolerance = 0\.001 has no unit"):
-        short.changed({"coupling": {**timed, "tolerance": 1e-3}})
+        scenarios.load("sphere-lung", {"coupling": {**timed, "tolerance": 1e-3}})
 
 
 def test_a_trade_keeps_the_options_of_the_algorithm_that_they_are_for(short: Scenario) -> None:

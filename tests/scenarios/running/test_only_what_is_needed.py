@@ -11,11 +11,13 @@ import xarray as xr
 
 import scenarios
 from cosim import Variable
-from scenarios import Scenario
+from scenarios import Scenario, trade
 from scenarios.commands import run as run_command
 from scenarios.running import assemble, session
 from scenarios.running.snapshots import Snapshots
 from scenarios.running.variables import variables_of
+from scenarios.scene import scenario as scenario_module
+from scenarios.scene.scenario import Draft
 from softbody_core import SoftBody, SurfaceSPH
 from softbody_core.forces import surface_sph
 from tests.scenarios.conftest import SMALL, Cli
@@ -64,6 +66,44 @@ def test_a_dataset_holds_what_is_recorded_and_nothing_else(
     assert len(scenarios.run(small).data_vars) > len(wanted)
     monkeypatch.setattr(session, "variables_of", few)
     assert sorted(scenarios.run(small).data_vars) == wanted
+
+
+@pytest.fixture
+def builds(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Names of the scenarios that are built."""
+    built: list[str] = []
+    original = Draft.build
+
+    def build(draft: Draft, **options: bool) -> Scenario:
+        built.append(draft.name)
+        return original(draft, **options)
+
+    monkeypatch.setattr(Draft, "build", build)
+    return built
+
+
+def test_a_command_builds_its_scenario_once(cli: Cli, builds: list[str]) -> None:
+    changes = ("--set", "mesh.icosphere=1", "--cycles", "1", "--controller", "pressure-control")
+    assert cli("run", "sphere-lung", *changes, "--no-plot").code == 0
+    assert builds == ["sphere-lung"]
+
+
+def test_a_trade_builds_each_cell_once(small: Scenario, builds: list[str]) -> None:
+    short = small.changed({"mesh.icosphere": 1, "run.period": 1.0})
+    builds.clear()
+    trade(short, {"integrator": ("rk4", "sdirk2"), "dt": (1.0, 0.5)})
+    assert len(builds) == 1 + 4 + 2  # with its number of cycles, the cells, and two references
+
+
+def test_text_is_made_when_it_is_asked_for(
+    small: Scenario, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made: list[str] = []
+    monkeypatch.setattr(scenario_module, "toml", lambda *_: made.append("text") or "title = ''")
+    changed = small.changed({"forces.alpha": 2.0}).changed({"mesh.icosphere": 1})
+    assert made == []
+    assert scenarios.run(changed).attrs["scenario"] == "title = ''"
+    assert made == ["text"]
 
 
 def test_a_body_is_looked_at_once_a_communication_step(

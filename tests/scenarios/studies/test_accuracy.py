@@ -6,8 +6,9 @@ import pytest
 
 import scenarios
 from scenarios import ScenarioError
+from scenarios.results.comparison import volume_error
 from scenarios.studies.accuracy import pick
-from scenarios.studies.trade.reference import reference, volume_error
+from scenarios.studies.trade.reference import converged_reference
 
 UNSEEN = {
     "smaller and softer": {"forces.alpha": 0.6, "mesh.volume": "1.8 L"},
@@ -28,7 +29,7 @@ def sphere(changes, **run):
 
 def picked_and_true(scenario, accuracy):
     picked = pick(scenario, accuracy)
-    truth, uncertainty = reference(scenario)
+    truth, uncertainty = converged_reference(scenario)
     return picked, volume_error(scenarios.run(picked.scenario), truth), uncertainty
 
 

@@ -15,6 +15,7 @@ from scipy.optimize import brentq
 
 import scenarios
 from scenarios.commands import extremes as command
+from scenarios.running.progress import StudyProgress
 from scenarios.studies.extremes import Outcome, picture, survey
 from scenarios.studies.extremes import verdict as verdicts
 from scenarios.studies.extremes.axes import AXES
@@ -180,7 +181,7 @@ def test_there_is_no_reference_where_tight_runs_disagree(case, monkeypatch):
     swinging = case.with_law(AirwayResistance, resistance=0.0).with_inputs(delta_p=1500.0)
     found = refer(replace(swinging, dt=0.1), SECONDS)
     assert found.trial is None
-    assert "differ by" in found.said
+    assert "differ by" in found.how_known
 
 
 # Verdicts on integrators that misbehave on purpose
@@ -339,7 +340,7 @@ def survey_of(monkeypatch):
         asked = {}
 
         def ready(scenario, *, progress, **options):
-            progress(0, 1, "alpha = 0")
+            progress(StudyProgress("alpha = 0", 0, 1))
             asked.update(options, icosphere=scenario.mesh.icosphere)
             return dataset
 

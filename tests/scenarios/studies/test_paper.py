@@ -21,12 +21,15 @@ from numpy.typing import NDArray
 from rich.console import Console
 
 import scenarios
+from scenarios.commands import reproduce as command
+from scenarios.commands.options import build_scenario
 from scenarios.errors import OutputError, ScenarioError
 from scenarios.results.bumpiness import bumpiness, normal_deviation
 from scenarios.results.rendering import render as render_module
 from scenarios.results.rendering.camera import Camera
 from scenarios.results.rendering.render import Surface, linear, render
 from scenarios.results.sigmoid import fit_limb, fit_sigmoid, limbs, sigmoid
+from scenarios.running.progress import StudyProgress
 from scenarios.studies.paper import lungs as lungs_module
 from scenarios.studies.paper import scenes as scenes_module
 from scenarios.studies.paper import strips
@@ -41,9 +44,9 @@ from scenarios.studies.paper.scenes import (
     Scenes,
     weights_of,
 )
-from scenarios.studies.paper.statements import STATEMENTS, judge, markdown, show
+from scenarios.studies.paper.statements import STATEMENTS, judge, markdown
 from scenarios.studies.paper.strips import FRAMES, glass_strip
-from scenarios.studies.paper.targets import TARGETS, asked
+from scenarios.studies.paper.targets import TARGETS, choose_targets
 from softbody_core import SurfaceMesh, fibonacci_sphere, icosphere, wine_glass
 from tests.scenarios.conftest import Cli
 
@@ -71,7 +74,11 @@ PAPER = """
 """Tables 1 to 3 of Mesit & Guha (2011): table, experiment, α, β, γ, δ."""
 
 
-def _silent(text: str, share: float) -> None:
+def _scenes(folder: Path, changes: Any = (), cycles: str | None = None, **options: Any) -> Scenes:
+    return Scenes(folder, lambda name: build_scenario(name, changes, cycles), **options)
+
+
+def _silent(progress: StudyProgress) -> None:
     """Told what goes on; says nothing."""
 
 
@@ -79,7 +86,7 @@ def _silent(text: str, share: float) -> None:
 def quick(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder that holds one breath of each lung of Table 2 and of Figure 7, on 770 points."""
     folder = tmp_path_factory.mktemp("quick")
-    kept = Scenes(folder, QUICK, "1")
+    kept = _scenes(folder, QUICK, "1")
     for name in (*ALPHA.values(), THERMOSTAT):
         kept.get(name, _silent)
     assert kept.failures == {}
@@ -289,8 +296,12 @@ def test_the_scenes_have_the_paper_s_weights() -> None:
 
 def test_every_figure_and_table_of_the_paper_can_be_asked_for() -> None:
     figures = [f"figure-{i}" for i in range(1, 13)]
-    assert list(asked(["all"])) == [*figures, "table-1", "table-2", "table-3"]
-    assert list(asked(["table-2", "figure-9", "figure-1"])) == ["figure-1", "figure-9", "table-2"]
+    assert list(choose_targets(["all"])) == [*figures, "table-1", "table-2", "table-3"]
+    assert list(choose_targets(["table-2", "figure-9", "figure-1"])) == [
+        "figure-1",
+        "figure-9",
+        "table-2",
+    ]
     needed = {scene for target in TARGETS.values() for scene in target.scenes}
     assert needed == set(STRIDES)
     assert {scene for s in STATEMENTS for scene in s.scenes} <= needed
@@ -346,22 +357,22 @@ def test_figure_11_and_table_2_from_the_command_line(
 def test_a_kept_scene_is_run_again_if_it_would_come_out_otherwise(
     quick: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert Scenes(quick, QUICK, "1").look("lung-c") is not None
-    assert Scenes(quick, [*QUICK, "forces.alpha=2"], "1").look("lung-c") is None
-    assert Scenes(quick, QUICK, "2").look("lung-c") is None
-    assert Scenes(quick, QUICK, "1", fresh=True).look("lung-c") is None
-    assert Scenes(quick, QUICK, "1").look("lung-beta-a") is None
-    assert Scenes(quick, ["mesh.icosphere=2"], "1").look("lung-c") is None  # is for another scene
+    assert _scenes(quick, QUICK, "1").look("lung-c") is not None
+    assert _scenes(quick, [*QUICK, "forces.alpha=2"], "1").look("lung-c") is None
+    assert _scenes(quick, QUICK, "2").look("lung-c") is None
+    assert _scenes(quick, QUICK, "1", fresh=True).look("lung-c") is None
+    assert _scenes(quick, QUICK, "1").look("lung-beta-a") is None
+    assert _scenes(quick, ["mesh.icosphere=2"], "1").look("lung-c") is None  # is for another scene
     monkeypatch.setitem(STRIDES, "lung-c", 12)
-    assert Scenes(quick, QUICK, "1").look("lung-c") is None
+    assert _scenes(quick, QUICK, "1").look("lung-c") is None
     monkeypatch.setitem(STRIDES, "lung-c", 6)
     monkeypatch.setattr(scenes_module, "versions", lambda: {"numpy": "0"})
-    assert Scenes(quick, QUICK, "1").look("lung-c") is None
+    assert _scenes(quick, QUICK, "1").look("lung-c") is None
 
 
 def test_a_broken_file_is_run_again(tmp_path: Path) -> None:
     (tmp_path / "lung-c.nc").write_bytes(b"half a file")
-    scenes = Scenes(tmp_path, QUICK, "1")
+    scenes = _scenes(tmp_path, QUICK, "1")
     assert scenes.look("lung-c") is None
 
 
@@ -377,7 +388,7 @@ def test_the_strip_of_a_lung(quick: Path, tmp_path: Path, rough: None) -> None:
 
 
 def test_bumpiness_rises_with_beta_and_is_drawn(tmp_path: Path, rough: None) -> None:
-    kept = Scenes(tmp_path, ["mesh.lung=lung-right-770"], "1")
+    kept = _scenes(tmp_path, ["mesh.lung=lung-right-770"], "1")
     scenes = [BETA[letter] for letter in "ACE"]
     bumps = [bumpiness_after_breaths(kept.get(name, _silent)) for name in scenes]
     assert bumps[0] < bumps[1] < bumps[2]
@@ -397,13 +408,13 @@ def test_a_scene_that_fails_is_named_and_the_rest_goes_on(
 ) -> None:
     """In lung-b, and there alone, the controller's valve is stuck after half a second."""
     stuck = str(fmu("stuck_valve"))
-    original = scenes_module.chosen
+    original = command.build_scenario
 
-    def chosen(name: str, changes: Any, cycles: Any) -> scenarios.Scenario:
+    def build(name: str, changes: Any, cycles: Any) -> scenarios.Scenario:
         scenario = original(name, changes, cycles)
         return scenario.changed({"controller.use": stuck}) if name == "lung-b" else scenario
 
-    monkeypatch.setattr(scenes_module, "chosen", chosen)
+    monkeypatch.setattr(command, "build_scenario", build)
     out = tmp_path / "out"
     out.mkdir()
     for name in ("lung-a", "lung-c", THERMOSTAT):
@@ -484,19 +495,19 @@ def test_a_picture_that_cannot_be_written_is_named(cli: Cli, quick: Path, tmp_pa
 def test_a_dataset_that_cannot_be_written_ends_the_call(tmp_path: Path) -> None:
     (tmp_path / "lung-c.nc").mkdir()
     with pytest.raises(OutputError, match=r"lung-c\.nc cannot be written"):
-        Scenes(tmp_path, [*QUICK, *SHORT], "1").get("lung-c", _silent)
+        _scenes(tmp_path, [*QUICK, *SHORT], "1").get("lung-c", _silent)
 
 
 def test_ctrl_c_keeps_what_was_computed(tmp_path: Path) -> None:
-    def stop(text: str, share: float) -> None:
-        if share > 0.1:
+    def stop(at: StudyProgress) -> None:
+        if at.done > 0.1:
             raise KeyboardInterrupt
 
     with pytest.raises(scenarios.RunError, match="interrupted"):
-        Scenes(tmp_path, QUICK, "1").get("lung-c", stop)
+        _scenes(tmp_path, QUICK, "1").get("lung-c", stop)
     partial = xr.load_dataset(tmp_path / "lung-c.nc")
     assert partial.attrs["status"] == "interrupted"
-    assert Scenes(tmp_path, QUICK, "1").look("lung-c") is None
+    assert _scenes(tmp_path, QUICK, "1").look("lung-c") is None
 
 
 # Statements: each says no when it should
@@ -552,7 +563,7 @@ def _cup() -> tuple[NDArray[np.float64], NDArray[np.int64]]:
 
 def _no(verdicts: Any) -> set[int]:
     """Which of the statements do not hold."""
-    return {i for i, verdict in enumerate(verdicts) if not verdict.finding.holds}
+    return {i for i, verdict in enumerate(verdicts) if not verdict.measurement.holds}
 
 
 @pytest.mark.parametrize(
@@ -597,11 +608,11 @@ def test_the_strip_of_a_ball_in_a_glass(tmp_path: Path, rough: None) -> None:
 
 def test_a_real_ball_in_a_real_glass_is_measured_and_drawn(tmp_path: Path, rough: None) -> None:
     """A hundred frames of a coarse one: it falls."""
-    kept = Scenes(tmp_path, ["mesh.ball=100", "run.period=25 ms"])
+    kept = _scenes(tmp_path, ["mesh.ball=100", "run.period=25 ms"])
     for name in GLASS.values():
         kept.get(name, _silent)
     assert kept.failures == {}
-    verdicts = {v.statement.says: v.finding for v in judge(kept.datasets, {})}
+    verdicts = {v.statement.says: v.measurement for v in judge(kept.datasets, {})}
     assert verdicts["all six sets of parameters run"].holds
     assert verdicts["the glass is rigid: no point passes a wall"].holds
     rougher = "A “smooth surface”, B “undulating surface waves”, C “more”"
@@ -623,7 +634,7 @@ def test_each_statement_on_the_lung_can_fail(quick: Path) -> None:
     def failing(**changed: xr.Dataset) -> set[str]:
         verdicts = judge({**lungs, **{k.replace("_", "-"): v for k, v in changed.items()}}, {})
         assert [v.statement.says for v in verdicts] == names
-        return {v.statement.says for v in verdicts if not v.finding.holds}
+        return {v.statement.says for v in verdicts if not v.measurement.holds}
 
     literal, deflation, back = (
         "“+ΔP = 40/(number of frames for one respiratory cycle)”",
@@ -668,21 +679,21 @@ def test_no_statement_on_a_scene_that_failed_holds() -> None:
     assert on_c == _no(verdicts)
     assert on_c == {1, 2, 3, 4, 5, 6, 8}  # all but the counts, of A, and the cloth, F
     for i in on_c:
-        measured = verdicts[i].finding.measured
+        measured = verdicts[i].measurement.measured
         assert measured.startswith("glass-c failed: diverged at [bold]|v| = inf[/bold]; take a ")
         assert measured.endswith(" …")
         assert len(measured) < 120
     # a bar in the reason adds no column, and brackets are no style
     assert r"\|v\|" in markdown(verdicts)
     printed = Console(file=io.StringIO(), width=200)
-    show(printed, verdicts)
+    printed.print(command.table_of(verdicts))
     assert "[bold]|v| = inf[/bold]" in cast("io.StringIO", printed.file).getvalue()
 
 
 def test_a_ball_of_one_snapshot_is_not_known_to_rest() -> None:
     short = {"snapshot": slice(0, 1), "time": slice(0, 50)}
     one = {name: dataset.isel(short) for name, dataset in _glass_set().items()}
-    finding = judge(one, {})[2].finding
+    finding = judge(one, {})[2].measurement
     assert finding.measured.startswith("cannot be measured: the run has one snapshot; expected 2")
     assert not finding.holds
 
@@ -704,7 +715,7 @@ def test_the_smallest_rise_of_bumpiness_is_told(
         )
         for i, scene in enumerate(BETA.values())
     }
-    ((_, finding),) = ((v.statement, v.finding) for v in judge(made, {}))
+    ((_, finding),) = ((v.statement, v.measurement) for v in judge(made, {}))
     said = f"strictly rising in {1 + holds} of 2 breaths, the smallest rise is {rise:.4f}"
     assert finding.measured.endswith(said)
     assert finding.holds == holds
@@ -718,7 +729,7 @@ def test_the_scenes_at_full_size_show_what_the_paper_says(tmp_path: Path) -> Non
     verdicts = judge(kept.datasets, kept.failures)
     assert [verdict.statement for verdict in verdicts] == list(STATEMENTS)
     # the three that docs/reproduce.md explains
-    assert {v.statement.says for v in verdicts if not v.finding.holds} == {
+    assert {v.statement.says for v in verdicts if not v.measurement.holds} == {
         "“+ΔP = 40/(number of frames for one respiratory cycle)”",
         "deflation follows f(P) with c = 10 cmH2O (lung-c)",
         "α = 3 “deforms back to the original volume”",

@@ -1,4 +1,4 @@
-"""What was found of a statement."""
+"""What was measured of a statement of the paper."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import NamedTuple
 from scenarios.studies.paper.scenes import Datasets
 
 
-class Finding(NamedTuple):
+class Measurement(NamedTuple):
     """What was measured, in words, and whether the statement holds."""
 
     measured: str
@@ -29,14 +29,14 @@ class Statement:
         What it says; in quotation marks where these are its words.
     scenes : tuple of str
         Whose datasets it needs.
-    find : callable
+    measure : callable
         From those datasets to what was measured.
     """
 
     where: str
     says: str
     scenes: tuple[str, ...]
-    find: Callable[[Datasets], Finding]
+    measure: Callable[[Datasets], Measurement]
 
 
 def listed(values: Iterable[float], form: str) -> str:
