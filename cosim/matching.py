@@ -70,7 +70,7 @@ def match(
     alike = _alike(controller, body, names, {variable for variable, _ in named.pairs})
     pairs = [*named.pairs, *alike.pairs]
     undriven = []
-    if not any(body[own].causality is Causality.INPUT for _, own in pairs) and not named.faults:
+    if not any(body[name].causality is Causality.INPUT for _, name in pairs) and not named.faults:
         gives = sorted(n for n, port in controller.items() if port.causality is Causality.OUTPUT)
         undriven.append(
             "cannot drive the body: it has neither an output delta_p (Pa) nor an output n (1); its "
@@ -85,14 +85,14 @@ def _named(
 ) -> Matching:
     """Match ports that are named."""
     pairs, faults = [], []
-    for own, name in names.items():
-        wanted = _OPPOSITE[body[own].causality]
-        fitting = [n for n, port in controller.items() if port.causality is wanted]
+    for port, name in names.items():
+        wanted = _OPPOSITE[body[port].causality]
+        fitting = [n for n, p in controller.items() if p.causality is wanted]
         if name.variable in fitting:
-            pairs.append((name.variable, own))
+            pairs.append((name.variable, port))
         else:
             faults.append(
-                f"has no {wanted.value} {name.variable!r}, which controller.ports.{own} names; "
+                f"has no {wanted.value} {name.variable!r}, which controller.ports.{port} names; "
                 f"{nearest(name.variable, fitting)}"
             )
     return Matching(pairs, faults)

@@ -17,12 +17,12 @@ class Coupler(ABC):
     def advance(self, time: float, step: float) -> None:
         """Carry everyone over a communication step, from `time` to `time + step`, s."""
 
-    def memory(self) -> Any:
+    def get_state(self) -> Any:
         """What is remembered from one step to the next: lists, dicts, text and numbers."""
         return None
 
-    def recall(self, memory: Any) -> None:  # noqa: B027 - nothing to recall by default
-        """Go back to what `memory` returned."""
+    def set_state(self, state: Any) -> None:  # noqa: B027 - nothing to set by default
+        """Go back to what `get_state` gave."""
 
     def restart(self) -> None:  # noqa: B027 - nothing to forget by default
         """Forget what came before a jump."""

@@ -13,7 +13,7 @@ from cosim.algorithms.rollback import Rollback, require_rollback
 from cosim.algorithms.signals import Extrapolation
 from cosim.connection import Wiring
 from cosim.errors import CouplingError
-from cosim.participant import Causality, Change, Participant
+from cosim.participant import Causality, Participant, Variability
 from softbody_core.ground.parameters import Parameters, Quantity
 
 Modes = dict[str, list[float]]
@@ -71,7 +71,7 @@ class _Bisection(Coupler):
         self._participants = participants
         self._wiring = wiring
         self._inner = inner(method.method, method.extrapolation).bind(participants, wiring)
-        self._deciding = [(one, names) for one in participants if (names := _mode_ports(one))]
+        self._deciding = [(p, names) for p in participants if (names := _mode_ports(p))]
         if not self._deciding:
             raise CouplingError(
                 "coupling.algorithm event-locating: nothing has an integer or boolean output, so "
@@ -92,20 +92,20 @@ class _Bisection(Coupler):
 
     def _advance_to_event(self, time: float, done: float, step: float) -> float:
         """Go on from `done` to just behind the next event, or to the end; say where that is, s."""
-        start, memory = Rollback(self._participants), self._inner.memory()
+        start, state = Rollback(self._participants), self._inner.get_state()
         before = self._modes(time + done)
         low, high = done, step
 
         def go_to(moment: float) -> None:
-            start.restore()
-            self._inner.recall(memory)
+            start.set_states()
+            self._inner.set_state(state)
             if moment > done:
                 self._inner.advance(time + done, moment - done)
 
         go_to(step)
         unseen = self._read() == before
         if self._modes(time + step) == before:
-            start.release()
+            start.free_states()
             return step
         while high - low > self._method.tolerance:
             middle = (low + high) / 2
@@ -124,31 +124,31 @@ class _Bisection(Coupler):
             # So far it was looked ahead to. Once it shows, those who see it late see it now.
             low, high = high, min(high + self._method.tolerance, step)
             self._inner.advance(time + low, high - low)
-        start.release()
+        start.free_states()
         self._inner.restart()
         return high
 
     def _modes(self, time: float) -> Modes:
         """Modes at this moment: what a short step from here shows, which is then taken back."""
-        start = Rollback([one for one, _ in self._deciding])
-        for one, _ in self._deciding:
-            one.write(self._wiring.inputs_of(one))
-            one.step(time, self._method.tolerance)
-        seen = self._read()
-        start.restore()
-        start.release()
-        return seen
+        start = Rollback([participant for participant, _ in self._deciding])
+        for participant, _ in self._deciding:
+            participant.write(self._wiring.inputs_of(participant))
+            participant.step(time, self._method.tolerance)
+        modes = self._read()
+        start.set_states()
+        start.free_states()
+        return modes
 
     def _read(self) -> Modes:
-        return {one.name: [one.read()[name] for name in names] for one, names in self._deciding}
+        return {p.name: [p.read()[name] for name in names] for p, names in self._deciding}
 
-    def memory(self) -> Any:
+    def get_state(self) -> Any:
         """What the method remembers."""
-        return self._inner.memory()
+        return self._inner.get_state()
 
-    def recall(self, memory: Any) -> None:
-        """Go back to what `memory` returned."""
-        self._inner.recall(memory)
+    def set_state(self, state: Any) -> None:
+        """Go back to what `get_state` gave."""
+        self._inner.set_state(state)
 
     def restart(self) -> None:
         """Forget what came before a jump."""
@@ -159,5 +159,5 @@ def _mode_ports(participant: Participant) -> list[str]:
     return [
         port.name
         for port in participant.ports.values()
-        if port.causality is Causality.OUTPUT and port.change is Change.MODE
+        if port.causality is Causality.OUTPUT and port.variability is Variability.MODE
     ]

@@ -106,9 +106,9 @@ class Extrapolating(Coupler):
         if self._signals.short_of_points and can_roll_back(self._participants):
             start = Rollback(self._participants)
             self._sweep(time, guessed)
-            guessed = {one.name: dict(one.read()) for one in self._participants}
-            start.restore()
-            start.release()
+            guessed = {p.name: dict(p.read()) for p in self._participants}
+            start.set_states()
+            start.free_states()
         self._sweep(time, guessed)
 
     def _sweep(self, time: float, guessed: Outputs) -> None:
@@ -119,13 +119,13 @@ class Extrapolating(Coupler):
             if self._in_turn:
                 ends[participant.name] = participant.read()
 
-    def memory(self) -> Any:
+    def get_state(self) -> Any:
         """Outputs at the last points."""
-        return self._signals.memory()
+        return self._signals.get_state()
 
-    def recall(self, memory: Any) -> None:
-        """Go back to what `memory` returned."""
-        self._signals.recall(memory)
+    def set_state(self, state: Any) -> None:
+        """Go back to what `get_state` gave."""
+        self._signals.set_state(state)
 
     def restart(self) -> None:
         """Forget what came before a jump."""

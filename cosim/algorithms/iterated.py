@@ -80,16 +80,16 @@ class _Iteration(Coupler):
         relaxation = relaxing(self._method.relaxation)
         for _ in range(self._method.max_iterations):
             self._sweep(time, self._outputs(guess))
-            found = self._vector({one.name: one.read() for one in self._participants})
+            ends = self._vector({p.name: p.read() for p in self._participants})
             if sizes is None:  # the same in all passes, or the relaxation would be misled
-                sizes = self._scale.seen(found)
-            change = (found - guess) / sizes
+                sizes = self._scale.update(ends)
+            change = (ends - guess) / sizes
             if np.abs(change).max() <= self._method.tolerance:
-                start.release()
+                start.free_states()
                 return
             guess = sizes * relaxation.next(guess / sizes, change)
-            start.restore()
-        start.release()
+            start.set_states()
+        start.free_states()
         worst = int(np.abs(change).argmax())
         raise CouplingError(
             f"the iteration from t = {time:.6g} s by {step:.6g} s did not converge: after "
@@ -102,8 +102,8 @@ class _Iteration(Coupler):
     def _sweep(self, time: float, ends: Outputs) -> None:
         known = dict(ends)
         for participant in self._participants:
-            seen = {} if is_sampled(participant) else known
-            self._signals.move(participant, self._signals.held(participant, seen), time)
+            needed = {} if is_sampled(participant) else known
+            self._signals.move(participant, self._signals.held(participant, needed), time)
             known[participant.name] = participant.read()
 
     def _vector(self, outputs: Outputs) -> Floats:
@@ -115,15 +115,15 @@ class _Iteration(Coupler):
             ends.setdefault(name, {})[output] = value
         return ends
 
-    def memory(self) -> Any:
+    def get_state(self) -> Any:
         """Outputs at the last points, and how large they were."""
-        return [self._signals.memory(), self._scale.memory()]
+        return [self._signals.get_state(), self._scale.get_state()]
 
-    def recall(self, memory: Any) -> None:
-        """Go back to what `memory` returned."""
-        signals, scale = memory
-        self._signals.recall(signals)
-        self._scale.recall(scale)
+    def set_state(self, state: Any) -> None:
+        """Go back to what `get_state` gave."""
+        signals, scale = state
+        self._signals.set_state(signals)
+        self._scale.set_state(scale)
 
     def restart(self) -> None:
         """Forget what came before a jump."""

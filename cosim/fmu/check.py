@@ -13,7 +13,7 @@ from fmpy.validation import validate_fmu
 
 from cosim.errors import FmuError
 from cosim.fmu.description import read_description
-from cosim.fmu.findings import FINDERS, FRAME, Finding, Subject, numeric_ports, told
+from cosim.fmu.findings import FINDERS, FRAME, Finding, Subject, message_of, numeric_ports
 from cosim.fmu.folder import FmuFolder
 from cosim.fmu.steps import fixed_step
 from cosim.fmu.trial import try_fmu
@@ -91,7 +91,7 @@ def check_fmu(
     try:
         folder = FmuFolder(path)
     except FmuError as error:
-        return Check("", [], [Finding(told(path, error), fault=True)])
+        return Check("", [], [Finding(message_of(path, error), fault=True)])
     try:
         return _check(path, folder, body, names or {})
     finally:
@@ -105,7 +105,7 @@ def _check(
     try:
         description = read_description(path, folder)
     except FmuError as error:
-        findings.append(Finding(told(path, error), fault=True))
+        findings.append(Finding(message_of(path, error), fault=True))
         try:
             description = fmpy.read_model_description(str(folder.path), validate=False)
         except Exception:  # it was said above
@@ -126,7 +126,7 @@ def _check(
         }
         findings += try_fmu(path, inputs, _trial_step(subject, description))
     findings += [
-        Finding(f"fmpy validate: {' '.join(said.split())}") for said in validate_fmu(str(path))
+        Finding(f"fmpy validate: {' '.join(text.split())}") for text in validate_fmu(str(path))
     ]
     unique = list(dict.fromkeys(findings))
     return Check(title, uses, sorted(unique, key=lambda finding: not finding.fault))
@@ -138,7 +138,7 @@ def _uses(
     """What each port connects to, and what is wrong with that."""
     matching = match(ports, body, names)
     findings = [Finding(text, fault=True) for text in matching.faults]
-    partners = {variable: body[own] for variable, own in matching.pairs}
+    partners = {variable: body[name] for variable, name in matching.pairs}
     uses = []
     for port in ports.values():
         partner = partners.get(port.name)
@@ -171,5 +171,5 @@ def _trial_step(subject: Subject, description: ModelDescription) -> float:
     """A frame, or the FMU's own step where it takes no other."""
     fixed = fixed_step(subject.path, description, subject.folder)
     experiment = description.defaultExperiment
-    own = description.coSimulation.fixedInternalStepSize or (experiment and experiment.stepSize)
-    return FRAME if fixed is None or not own else float(own)
+    length = description.coSimulation.fixedInternalStepSize or (experiment and experiment.stepSize)
+    return FRAME if fixed is None or not length else float(length)

@@ -56,12 +56,12 @@ class Subject:
 
     def only(self, variable: ModelVariable) -> ModelDescription:
         """Return the description with one variable, so that each is judged by itself."""
-        one = copy.copy(self.description)
-        one.modelVariables = [variable]
-        return one
+        alone = copy.copy(self.description)
+        alone.modelVariables = [variable]
+        return alone
 
 
-def told(path: Path, error: FmuError) -> str:
+def message_of(path: Path, error: FmuError) -> str:
     """Text of an error without the FMU's path, which stands above the findings."""
     return str(error).removeprefix(f"FMU {path}").lstrip(": ").removeprefix(f"{path} ")
 
@@ -74,13 +74,17 @@ def numeric_ports(subject: Subject) -> tuple[dict[str, Port], list[Finding]]:
         if variable.causality not in ("input", "output"):
             continue
         if variable.type not in NUMBERS:
-            said = f"{variable.causality} {variable.name} is a {variable.type}, so it connects to "
-            findings.append(Finding(said + "nothing; an input keeps its start value"))
+            findings.append(
+                Finding(
+                    f"{variable.causality} {variable.name} is a {variable.type}, so it connects to "
+                    "nothing; an input keeps its start value"
+                )
+            )
             continue
         try:
             ports |= ports_of(subject.path, subject.only(variable))
         except FmuError as error:
-            findings.append(Finding(told(subject.path, error), fault=True))
+            findings.append(Finding(message_of(subject.path, error), fault=True))
     return ports, findings
 
 
@@ -91,7 +95,7 @@ def _units(subject: Subject) -> Iterator[Finding]:
             try:
                 declared_units(subject.path, subject.only(variable))
             except FmuError as error:
-                yield Finding(told(subject.path, error), fault=True)
+                yield Finding(message_of(subject.path, error), fault=True)
 
 
 def _base_units(subject: Subject) -> Iterator[Finding]:
@@ -157,7 +161,7 @@ def _machine(subject: Subject) -> Iterator[Finding]:
     try:
         run_as = choose_run_as(subject.path, subject.description, subject.folder, None)
     except FmuError as error:
-        yield Finding(told(subject.path, error), fault=True)
+        yield Finding(message_of(subject.path, error), fault=True)
         return
     if run_as == "python":
         yield Finding("has no binary for this machine, so its script is run as Python")
@@ -173,7 +177,7 @@ def _capabilities(subject: Subject) -> Iterator[Finding]:
     try:
         fixed = fixed_step(subject.path, subject.description, subject.folder)
     except FmuError as error:
-        yield Finding(told(subject.path, error), fault=True)
+        yield Finding(message_of(subject.path, error), fault=True)
         return
     try:
         if fixed is not None:
@@ -183,7 +187,7 @@ def _capabilities(subject: Subject) -> Iterator[Finding]:
             )
             fixed.parts(FRAME)
     except FmuStepError as error:
-        yield Finding(told(subject.path, error))
+        yield Finding(message_of(subject.path, error))
     if not about.canGetAndSetFMUstate:
         yield Finding(
             "cannot save and restore its state (canGetAndSetFMUstate = false): no "

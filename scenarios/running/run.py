@@ -9,7 +9,7 @@ from typing import Any, Final
 
 import xarray as xr
 
-from cosim.loop import require_dump
+from cosim.loop import require_serialization
 from scenarios.errors import CheckpointError, Interrupted, RunError
 from scenarios.running.checkpoint import Checkpoints, read
 from scenarios.running.machine import machine, versions
@@ -66,7 +66,7 @@ def run(
     with open_participants(scenario) as participants:
         session = Session(scenario, participants, positions_every)
         if checkpoints is not None:
-            require_dump(participants.all)
+            require_serialization(participants.all)
         fmu = participants.controller
         provenance = Provenance(
             scenario.name,
@@ -113,7 +113,7 @@ def resume(path: str | Path, *, progress: Callable[[Progress], None] | None = No
     checkpoints = Checkpoints(Path(path), checkpoint.every, checkpoint.attributes)
     with open_participants(scenario, provenance.controller_sha256) as participants:
         session = Session(scenario, participants, provenance.positions_every)
-        require_dump(participants.all)
+        require_serialization(participants.all)
         session.deserialize(checkpoint.state)
         return _advance_to_the_end(session, provenance, checkpoints, progress or unwatched)
 

@@ -29,7 +29,7 @@ from cosim import (
 from cosim.algorithms import Algorithm
 from cosim.algorithms.signals import held_weights
 from cosim.fmu.isolation import ISOLATIONS, open_fmu
-from cosim.participant import Causality, Change
+from cosim.participant import Causality, Variability
 from tests.cosim.compartments import WIRES as SERIES
 from tests.cosim.compartments import SeriesLung
 from tests.cosim.foreign import STATES
@@ -83,10 +83,10 @@ def test_jacobi_passes_on_the_start_of_the_step() -> None:
 
 
 def test_order_of_participants_matters_to_gauss_seidel_alone() -> None:
-    one, other = (coupled(GaussSeidel(), 16, order) for order in [(0, 1), (1, 0)])
-    assert np.abs(one - other).max() > 1e-3  # about the coupling error itself
-    one, other = (coupled(Jacobi(), 16, order) for order in [(0, 1), (1, 0)])
-    assert np.array_equal(one, other)
+    first, other = (coupled(GaussSeidel(), 16, order) for order in [(0, 1), (1, 0)])
+    assert np.abs(first - other).max() > 1e-3  # about the coupling error itself
+    first, other = (coupled(Jacobi(), 16, order) for order in [(0, 1), (1, 0)])
+    assert np.array_equal(first, other)
 
 
 def test_an_iterated_step_solves_for_its_own_end() -> None:
@@ -132,11 +132,11 @@ def test_a_dumped_loop_goes_on_to_the_bit(name: str, extrapolation: Any) -> None
         simulation.begin()
         for _ in range(5):
             simulation.advance()
-    dumped = broken[1].dump()
-    memory = json.loads(json.dumps(dumped.memory))  # as in a file
+    state = broken[1].serialize()
+    coupler = json.loads(json.dumps(state.coupler))  # as in a file
     again, simulation = loop()
     simulation.begin()
-    simulation.load(type(dumped)(dumped.index, dumped.participants, memory))
+    simulation.deserialize(type(state)(state.index, state.participants, coupler))
     for _ in range(5):
         assert simulation.advance() == unbroken[1].advance()
     assert np.array_equal(again.pressures, unbroken[0].pressures)
@@ -145,7 +145,7 @@ def test_a_dumped_loop_goes_on_to_the_bit(name: str, extrapolation: Any) -> None
 @pytest.mark.parametrize("name", ["iterated", "adaptive", "event-locating"])
 def test_who_cannot_be_rolled_back_is_named_before_anything_starts(name: str) -> None:
     pair = [Relaxation("first", -1.0, 0.5, 1.0), Relaxation("second", -2.0, 0.8, 1.0)]
-    pair[1].can_save = False
+    pair[1].can_get_and_set_state = False
     with pytest.raises(CouplingError, match=rf"{name} goes back .* second cannot .* gauss-seidel"):
         next(cosimulate(pair, WIRES, step=0.1, steps=1, algorithm=ALGORITHMS[name]()))
     assert pair[0].calls == []
@@ -153,7 +153,7 @@ def test_who_cannot_be_rolled_back_is_named_before_anything_starts(name: str) ->
 
 @pytest.mark.parametrize("isolation", ISOLATIONS)
 @pytest.mark.parametrize(
-    ("algorithm", "said"),
+    ("algorithm", "message"),
     [
         (Adaptive(), r"adaptive divides steps, and controller cannot .* Take gauss-seidel, jacobi"),
         (EventLocating(), r"event-locating divides steps, and controller cannot .* gauss-seidel"),
@@ -162,7 +162,7 @@ def test_who_cannot_be_rolled_back_is_named_before_anything_starts(name: str) ->
     ],
 )
 def test_a_fixed_step_is_not_divided(
-    foreign: Callable[..., Path], isolation: str, algorithm: Algorithm, said: str
+    foreign: Callable[..., Path], isolation: str, algorithm: Algorithm, message: str
 ) -> None:
     flags = f'{STATES} canHandleVariableCommunicationStepSize="false"'
     path = foreign(2, "STEP_LENGTH=0.1", flags=flags, experiment='stepSize="0.1"')
@@ -178,7 +178,7 @@ def test_a_fixed_step_is_not_divided(
         finally:
             fmu.close()
 
-    with pytest.raises(CouplingError, match=said):
+    with pytest.raises(CouplingError, match=message):
         clock(algorithm)
     if isolation == "none":  # processes take their time to start
         for advised in (GaussSeidel("linear"), Jacobi(), Iterated()):
@@ -192,9 +192,11 @@ def test_an_iteration_that_does_not_converge_names_what_changes() -> None:
         pair, WIRES, step=1.0, steps=1, algorithm=Iterated(max_iterations=6, relaxation="none")
     )
     next(loop)
-    with pytest.raises(CouplingError, match=r"t = 0 s by 1 s .* after 6 passes second\.x") as said:
+    with pytest.raises(
+        CouplingError, match=r"t = 0 s by 1 s .* after 6 passes second\.x"
+    ) as message:
         next(loop)
-    assert "Try" in str(said.value)
+    assert "Try" in str(message.value)
     assert [participant.x for participant in pair] == [1.0, 1.0]  # back at the start
 
 
@@ -206,7 +208,7 @@ def test_relaxation_converges_where_the_plain_iteration_grows(relaxation: Any) -
     # x = e⁻¹ + 50 (1 − e⁻¹)(1 + x)/2 for both
     decay, half = math.exp(-1), 25 * (1 - math.exp(-1))
     expected = (decay + half) / (1 - half)
-    assert [one.x for one in pair] == pytest.approx([expected] * 2, rel=1e-8)
+    assert [p.x for p in pair] == pytest.approx([expected] * 2, rel=1e-8)
 
 
 class Sampler(Sink):
@@ -216,7 +218,7 @@ class Sampler(Sink):
         super().__init__(name="sampler")
         self.ports = {
             "u": port("u", "1", Causality.INPUT),
-            "y": port("y", "1", Causality.OUTPUT, change=Change.SAMPLED),
+            "y": port("y", "1", Causality.OUTPUT, variability=Variability.SAMPLED),
         }
         self.y = 0.0
 
@@ -333,7 +335,7 @@ def test_several_outputs_add_up_in_the_unit_of_the_input() -> None:
 
 
 @pytest.mark.parametrize(
-    ("units", "target", "said"),
+    ("units", "target", "message"),
     [
         (("L", "cmH2O"), "L", "'cmH2O' cannot be converted to 'L'"),
         (("degC", "degC"), "K", "with an offset cannot be added"),
@@ -341,10 +343,12 @@ def test_several_outputs_add_up_in_the_unit_of_the_input() -> None:
     ],
 )
 def test_what_cannot_be_added_is_refused(
-    units: tuple[str | None, str | None], target: str, said: str
+    units: tuple[str | None, str | None], target: str, message: str
 ) -> None:
-    sources = [Source(1.0, one, name) for one, name in zip(units, ("left", "right"), strict=True)]
-    with pytest.raises(WiringError, match=said):
+    sources = [
+        Source(1.0, symbol, name) for symbol, name in zip(units, ("left", "right"), strict=True)
+    ]
+    with pytest.raises(WiringError, match=message):
         next(
             cosimulate(
                 [*sources, Sink(target)],
