@@ -6,7 +6,7 @@ import io
 import pickle
 from typing import Any, Final
 
-from softbody_core import ParameterError
+from softbody_core.ground.errors import ParameterError
 
 _NUMPY: Final = frozenset({"_reconstruct", "_frombuffer", "scalar", "ndarray", "dtype"})
 

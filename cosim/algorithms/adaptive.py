@@ -12,11 +12,12 @@ from cosim.algorithms.algorithm import Coupler
 from cosim.algorithms.division import require_variable_steps
 from cosim.algorithms.inner import Method, inner
 from cosim.algorithms.rollback import Rollback, require_rollback
-from cosim.algorithms.scale import Floats, Scale
+from cosim.algorithms.scale import Scale
 from cosim.algorithms.signals import Extrapolation
 from cosim.connection import Wiring
 from cosim.errors import CouplingError
 from cosim.participant import Participant, Variability
+from softbody_core.ground.arrays import Floats
 from softbody_core.ground.parameters import Parameters, Quantity
 
 
@@ -26,8 +27,7 @@ class Adaptive(Parameters):
 
     A part is taken once as a whole and once in two halves. The halves are kept if their estimated
     error, |whole − halves| / (2^order − 1), is small enough (step doubling: Hairer, Nørsett &
-    Wanner 1993, II.4). Communication points stay where the scenario has them, whatever lies
-    between.
+    Wanner 1993, II.4). Communication points stay where they are, whatever lies between.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ class Adaptive(Parameters):
         """Get ready to carry these participants."""
         require_rollback(participants, "adaptive")
         require_variable_steps(
-            participants, "coupling.algorithm adaptive", "gauss-seidel, jacobi or iterated"
+            participants, "algorithm", "adaptive", "gauss-seidel, jacobi or iterated"
         )
         return _StepDoubling(self, participants, wiring)
 
@@ -92,9 +92,10 @@ class _StepDoubling(Coupler):
                 self._halvings += 1
             else:
                 raise CouplingError(
-                    f"coupling.algorithm adaptive: at t = {start:.6g} s a part of {part:.3g} s "
-                    f"errs by {error:.2g}, and the tolerance is {self._method.tolerance:.2g}. "
-                    "Raise coupling.tolerance, or coupling.most_halvings if the error does shrink"
+                    f"algorithm adaptive: at t = {start:.6g} s a part of {part:.3g} s "
+                    f"errs by {error:.2g}, and at most {self._method.tolerance:.2g} is allowed. "
+                    "Raise tolerance, or most_halvings if the error does shrink",
+                    settings=["algorithm", "tolerance", "most_halvings"],
                 )
 
     def _try(self, time: float, part: float) -> float:

@@ -8,21 +8,25 @@ from cosim.errors import CouplingError
 from cosim.participant import Participant
 
 
-def require_variable_steps(participants: Iterable[Participant], asks: str, instead: str) -> None:
+def require_variable_steps(
+    participants: Iterable[Participant], setting: str, value: str, instead: str
+) -> None:
     """Raise `CouplingError` unless all participants take steps of any length.
 
     Parameters
     ----------
     participants : iterable of Participant
         Those that have to.
-    asks : str
-        The option that divides steps, for the message.
+    setting, value : str
+        What divides steps, for the message.
     instead : str
         What to take instead.
     """
     fixed = [participant.name for participant in participants if not participant.varies_step]
     if fixed:
         raise CouplingError(
-            f"{asks} divides steps, and {', '.join(fixed)} cannot vary its step (an FMU says so by "
-            f"canHandleVariableCommunicationStepSize). Take {instead}, or another controller"
+            f"{setting} {value} divides steps, and {', '.join(fixed)} cannot vary its step (an FMU "
+            f"says so by canHandleVariableCommunicationStepSize). Take {instead}, or another "
+            "controller",
+            settings=[setting],
         )

@@ -21,7 +21,7 @@ Modes = dict[str, list[float]]
 
 @dataclass(frozen=True)
 class EventLocating(Parameters):
-    """A communication point is put where a mode changes: a phase switches, a valve opens.
+    """A communication point is put where a mode changes: a valve opens, a breath begins.
 
     A mode is an integer or boolean output. Some participants decide on it at the start of a step,
     others within it. So the mode at a moment is what is seen after one more step of the length
@@ -58,7 +58,7 @@ class EventLocating(Parameters):
         """Get ready to carry these participants."""
         require_rollback(participants, "event-locating")
         require_variable_steps(
-            participants, "coupling.algorithm event-locating", "gauss-seidel, jacobi or iterated"
+            participants, "algorithm", "event-locating", "gauss-seidel, jacobi or iterated"
         )
         return _Bisection(self, participants, wiring)
 
@@ -74,8 +74,9 @@ class _Bisection(Coupler):
         self._deciding = [(p, names) for p in participants if (names := _mode_ports(p))]
         if not self._deciding:
             raise CouplingError(
-                "coupling.algorithm event-locating: nothing has an integer or boolean output, so "
-                "there is no event to locate; take another algorithm"
+                "algorithm event-locating: nothing has an integer or boolean output, so "
+                "there is no event to locate; take another algorithm",
+                settings=["algorithm"],
             )
 
     def advance(self, time: float, step: float) -> None:
@@ -87,7 +88,8 @@ class _Bisection(Coupler):
                 return
         raise CouplingError(
             f"more than {self._method.most_events} events from t = {time:.6g} s by {step:.6g} s: "
-            "is something chattering? Raise coupling.most_events, or take another algorithm"
+            "is something chattering? Raise most_events, or take another algorithm",
+            settings=["most_events"],
         )
 
     def _advance_to_event(self, time: float, done: float, step: float) -> float:

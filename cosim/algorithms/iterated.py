@@ -9,13 +9,14 @@ from typing import Annotated, Any
 import numpy as np
 
 from cosim.algorithms.algorithm import Coupler
-from cosim.algorithms.relaxation import Floats, Relaxation, relaxing
+from cosim.algorithms.relaxation import Relaxation, relaxing
 from cosim.algorithms.rollback import Rollback, require_rollback
 from cosim.algorithms.scale import Scale
 from cosim.algorithms.signals import DEGREES, Extrapolation, Outputs, Signals
 from cosim.connection import Wiring, is_sampled
 from cosim.errors import CouplingError
 from cosim.participant import Participant
+from softbody_core.ground.arrays import Floats
 from softbody_core.ground.parameters import Parameters, Quantity
 
 
@@ -95,8 +96,9 @@ class _Iteration(Coupler):
             f"the iteration from t = {time:.6g} s by {step:.6g} s did not converge: after "
             f"{self._method.max_iterations} passes {'.'.join(self._unknowns[worst])} still changes "
             f"by {abs(change[worst]):.2g} of its size; the tolerance is "
-            f"{self._method.tolerance:.2g}. Try a shorter coupling.step, more "
-            'coupling.max_iterations, or relaxation = "quasi-newton"'
+            f"{self._method.tolerance:.2g}. Try a shorter communication step, more "
+            'max_iterations, or relaxation = "quasi-newton"',
+            settings=["communication step", "max_iterations"],
         )
 
     def _sweep(self, time: float, ends: Outputs) -> None:

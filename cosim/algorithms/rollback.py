@@ -51,7 +51,8 @@ def require_rollback(participants: Sequence[Participant], algorithm: str) -> Non
     fixed = [p.name for p in participants if not p.can_get_and_set_state]
     if fixed:
         raise CouplingError(
-            f"coupling.algorithm {algorithm} goes back to the start of a step, and "
+            f"algorithm {algorithm} goes back to the start of a step, and "
             f"{', '.join(fixed)} cannot save and restore its state (an FMU says so by "
-            "canGetAndSetFMUstate). Take gauss-seidel or jacobi, or another controller"
+            "canGetAndSetFMUstate). Take gauss-seidel or jacobi, or another controller",
+            settings=["algorithm"],
         )

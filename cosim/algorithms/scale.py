@@ -6,11 +6,9 @@ from collections.abc import Hashable, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cosim.participant import Port
-
-Floats = NDArray[np.float64]
+from softbody_core.ground.arrays import Floats
 
 
 class Scale:

@@ -57,7 +57,8 @@ class Signals:
         )
         require_variable_steps(
             (p for p in participants if self._is_halved(p)),
-            f'coupling.extrapolation "{extrapolation}"',
+            "extrapolation",
+            f'"{extrapolation}"',
             '"constant" or "linear"',
         )
         self._step = 0.0

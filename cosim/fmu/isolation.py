@@ -144,8 +144,9 @@ class IsolatedFmu(FmuParticipant):
             if end.late:
                 raise FmuTimeoutError(
                     f"FMU {self.path} was to {action} and gave no answer within {limit:.6g} s, so "
-                    "it was stopped. It hangs, or needs longer: raise controller.time_limit. "
-                    f"{self.log}"
+                    "it was stopped. It hangs, or needs longer: raise time_limit. "
+                    f"{self.log}",
+                    settings=["time_limit"],
                 ) from end
             raise FmuCrashError(
                 f"FMU {self.path} crashed when it was to {action}: its process ended with "

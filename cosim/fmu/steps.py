@@ -46,8 +46,8 @@ class FixedStep:
         if not math.isclose(count * self._length, step, rel_tol=1e-9):
             raise FmuStepError(
                 f"FMU {self._path} steps by {self._length:.9g} s and cannot vary its step; the "
-                f"communication step (coupling.step) is {step:.9g} s. Make it {self._length:.9g} s "
-                "or a multiple"
+                f"communication step is {step:.9g} s. Make it {self._length:.9g} s or a multiple",
+                settings=["communication step"],
             )
         return count
 
@@ -121,7 +121,7 @@ def advance(calls: Calls, guard: Guard, start: float, step: float, *, final: boo
                 f"FMU {guard.path} asked to end the simulation at t = {reached:.6g} s. {guard.log}"
             )
         if short.refused or not reached > time:
-            raise FmuStepError(_refusal(guard, time, left, short))
+            raise FmuStepError(_refusal(guard, time, left, short), settings=["communication step"])
         time, left = reached, end - reached
         if left <= _SAME_TIME * step:
             return
@@ -132,5 +132,5 @@ def _refusal(guard: Guard, start: float, step: float, short: ShortStep) -> str:
     came = "" if short.reached is None else f"; it came to t = {short.reached:.6g} s"
     return (
         f"FMU {guard.path} {what} from t = {start:.6g} s by {step:.6g} s{came}. Try a shorter "
-        f"communication step (coupling.step). {guard.log}"
+        f"communication step. {guard.log}"
     )

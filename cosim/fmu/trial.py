@@ -41,7 +41,7 @@ def try_fmu(
     try:
         fmu = IsolatedFmu(path, time_limit=time_limit)
     except FmuError as error:
-        yield Finding(message_of(path, error), fault=True)
+        yield Finding.of(path, error)
         return
     try:
         fmu.initialize(0.0)
@@ -52,8 +52,8 @@ def try_fmu(
             bad = sorted(name for name, value in fmu.read().items() if not math.isfinite(value))
             if bad:
                 yield Finding(
-                    f"{', '.join(bad)} = {fmu.read()[bad[0]]} at t = {time:.4g} s of a trial; a "
-                    "body needs numbers",
+                    f"{', '.join(bad)} = {fmu.read()[bad[0]]} at t = {time:.4g} s of a trial; "
+                    "whoever takes that needs numbers",
                     fault=True,
                 )
                 return

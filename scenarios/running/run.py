@@ -19,6 +19,7 @@ from scenarios.running.provenance import Provenance
 from scenarios.running.session import Session
 from scenarios.scene.parse import parse
 from scenarios.scene.scenario import Scenario
+from scenarios.scene.setting_paths import message_with_paths
 from softbody_core import SimulationError
 
 COMPLETED: Final = "completed"
@@ -140,8 +141,9 @@ def _advance_to_the_end(
     except SimulationError as error:
         if session.points == 0:
             raise
-        dataset = _dataset(session, provenance, f"failed: {error}", extra)
-        raise RunError(str(error), dataset) from error
+        message = message_with_paths(error)
+        dataset = _dataset(session, provenance, f"failed: {message}", extra)
+        raise RunError(message, dataset) from error
     return _dataset(session, provenance, COMPLETED, extra)
 
 

@@ -298,7 +298,7 @@ def test_an_error_that_no_division_brings_down_is_named() -> None:
     pair = [Noisy("first", 0.0, 0.0, 1.0), Relaxation("second", -1.0, 1.0, 1.0)]
     loop = cosimulate(pair, WIRES, step=1.0, steps=1, algorithm=Adaptive(1e-6))
     next(loop)
-    with pytest.raises(CouplingError, match=r"at t = 0 s a part of .* errs by .* Raise coupling"):
+    with pytest.raises(CouplingError, match=r"at t = 0 s a part of .* errs by .* Raise tolerance"):
         next(loop)
 
 

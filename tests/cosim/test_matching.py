@@ -36,15 +36,15 @@ def test_a_controller_may_be_driven_by_nothing() -> None:
 
 @pytest.mark.parametrize("rows", [[], [("volume", IN)], [("delta_p", IN), ("Paw", OUT)]])
 def test_what_drives_nothing_is_a_fault(rows: list[tuple[str, Causality]]) -> None:
-    assert match(ports(*rows), body_ports(), {}).faults[0].startswith("cannot drive the body")
+    assert match(ports(*rows), body_ports(), {}).faults[0].text.startswith("cannot drive the body")
 
 
 def test_faults_of_names_come_first_and_stand_for_what_follows_from_them() -> None:
     controller_ports = ports(("Paw", OUT), ("heart_rate", IN))
     faults = match(controller_ports, body_ports(), {"delta_p": PortName("Pow")}).faults
     assert len(faults) == 2
-    assert faults[0].startswith("has no output 'Pow', which controller.ports.delta_p names; did ")
-    assert faults[1].startswith("has an input 'heart_rate' that the body does not give")
+    assert faults[0].text.startswith("has no output 'Pow', which names.delta_p names; did ")
+    assert faults[1].text.startswith("has an input 'heart_rate' that the body does not give")
 
 
 def test_units_that_are_given_stand_for_the_others() -> None:

@@ -13,7 +13,7 @@ import pytest
 
 from cosim import FmuError, FmuParticipant
 from cosim.controllers import CONTROLLERS, build
-from cosim.fmu.check import check_fmu
+from cosim.controllers.check import check_fmu
 from cosim.fmu.isolation import IsolatedFmu, open_fmu
 from cosim.participant import Causality
 from cosim.soft_body import body_ports

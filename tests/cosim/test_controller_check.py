@@ -11,7 +11,7 @@ import pytest
 from fmpy.validation import validate_fmu
 
 from cosim.controllers import CONTROLLERS
-from cosim.fmu.check import Check, check_fmu
+from cosim.controllers.check import Check, check_fmu
 from cosim.fmu.trial import try_fmu
 from cosim.matching import PortName
 from cosim.soft_body import body_ports
@@ -190,7 +190,7 @@ NOTES: Mapping[Spoil, str] = {
 @pytest.fixture
 def untried(monkeypatch: pytest.MonkeyPatch) -> None:
     """No trial: its process takes a second to start."""
-    monkeypatch.setattr("cosim.fmu.check.try_fmu", lambda *_: [])
+    monkeypatch.setattr("cosim.controllers.check.try_fmu", lambda *_: [])
 
 
 @pytest.mark.parametrize("spoil", NOTES)
