@@ -130,7 +130,7 @@ def test_limbs_stay_between_the_asymptotes_whatever_the_swing(
     ("parameters", "message"),
     [
         ({"frames": 119}, "frames = 119: expected an even number"),
-        ({"pressure_low": "40 cmH2O"}, "pressure_low = 40.0: expected at most pressure_high"),
+        ({"pressure_low": "40 cmH2O"}, "pressure_low = 40.0 cmH2O: expected at most pressure_high"),
     ],
 )
 def test_what_does_not_fit_is_refused(fmu: Path, parameters: dict[str, Any], message: str) -> None:

@@ -141,8 +141,8 @@ def test_output_is_the_law_written_out(fmu: Path) -> None:
         ({"quantity": "flow"}, "quantity = 'flow': expected 'volume' or 'pressure'"),
         ({"waveform": "saw"}, "waveform = 'saw': expected 'sine' or 'square'"),
         ({"integral_time": "0.01 s"}, "integral_time = 0.01 s: expected at least one frame"),
-        ({"delta_p_low": "200 cmH2O"}, "delta_p_low = 200.0: expected at most delta_p_high"),
-        ({"volume_low": "4 L"}, "volume_low = 4.0: expected at most volume_high = 3.0"),
+        ({"delta_p_low": "200 cmH2O"}, "delta_p_low = 200.0 cmH2O: expected at most delta_p_high"),
+        ({"volume_low": "4 L"}, "volume_low = 4.0 L: expected at most volume_high = 3.0 L"),
     ],
 )
 def test_what_does_not_fit_is_refused(fmu: Path, parameters: dict[str, Any], message: str) -> None:
