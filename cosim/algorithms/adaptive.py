@@ -4,25 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
-from cosim.algorithms.algorithm import Coupler
-from cosim.algorithms.division import require_variable_steps
-from cosim.algorithms.inner import Method, inner
-from cosim.algorithms.rollback import Rollback, require_rollback
+from cosim.algorithms.algorithm import Algorithm, Coupler
+from cosim.algorithms.dividing import Dividing, Method, algorithm_of
+from cosim.algorithms.rollback import Rollback
 from cosim.algorithms.scale import Scale
 from cosim.algorithms.signals import Extrapolation
 from cosim.connection import Wiring
 from cosim.errors import CouplingError
 from cosim.participant import Participant, Variability
 from softbody_core.ground.arrays import Floats
-from softbody_core.ground.parameters import Parameters, Quantity
+from softbody_core.ground.parameters import Quantity
 
 
 @dataclass(frozen=True)
-class Adaptive(Parameters):
+class Adaptive(Dividing):
     """Each communication step in equal halves, quarters, eighths …, as far as they are needed.
 
     A part is taken once as a whole and once in two halves. The halves are kept if their estimated
@@ -42,22 +41,22 @@ class Adaptive(Parameters):
         How often a communication step may be halved.
     """
 
+    name: ClassVar[str] = "adaptive"
+    least_parts: ClassVar[int] = 2
+
     tolerance: Annotated[float, Quantity("1", above=0)] = 1e-3
     method: Method = "gauss-seidel"
     extrapolation: Extrapolation = "constant"
     most_halvings: Annotated[int, Quantity("1", at_least=1, below=31)] = 12
 
     @property
-    def order(self) -> int:
-        """That of the method, at parts of one length."""
-        return inner(self.method, self.extrapolation).order
+    def inner(self) -> Algorithm:
+        """Who takes the parts."""
+        return algorithm_of(self.method, self.extrapolation)
 
     def bind(self, participants: Sequence[Participant], wiring: Wiring) -> Coupler:
         """Get ready to carry these participants."""
-        require_rollback(participants, "adaptive")
-        require_variable_steps(
-            participants, "algorithm", "adaptive", "gauss-seidel, jacobi or iterated"
-        )
+        self.check(participants)
         return _StepDoubling(self, participants, wiring)
 
 
@@ -67,7 +66,7 @@ class _StepDoubling(Coupler):
     ) -> None:
         self._method = method
         self._participants = participants
-        self._inner = inner(method.method, method.extrapolation).bind(participants, wiring)
+        self._inner = method.inner.bind(participants, wiring)
         self._watched = _connected(participants, wiring)
         self._scale = Scale([owner.ports[output] for owner, output in self._watched])
         self._halvings = 0

@@ -4,23 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
-from cosim.algorithms.algorithm import Coupler
-from cosim.algorithms.division import require_variable_steps
-from cosim.algorithms.inner import Method, inner
-from cosim.algorithms.rollback import Rollback, require_rollback
+from cosim.algorithms.algorithm import Algorithm, Coupler
+from cosim.algorithms.dividing import Dividing, Method, algorithm_of
+from cosim.algorithms.rollback import Rollback
 from cosim.algorithms.signals import Extrapolation
 from cosim.connection import Wiring
 from cosim.errors import CouplingError
 from cosim.participant import Causality, Participant, Variability
-from softbody_core.ground.parameters import Parameters, Quantity
+from softbody_core.ground.parameters import Quantity
 
 Modes = dict[str, list[float]]
 
 
 @dataclass(frozen=True)
-class EventLocating(Parameters):
+class EventLocating(Dividing):
     """A communication point is put where a mode changes: a valve opens, a breath begins.
 
     A mode is an integer or boolean output. Some participants decide on it at the start of a step,
@@ -44,22 +43,21 @@ class EventLocating(Parameters):
         How many a communication step may have.
     """
 
+    name: ClassVar[str] = "event-locating"
+
     tolerance: Annotated[float, Quantity("s", above=0)] = 1e-4
     method: Method = "gauss-seidel"
     extrapolation: Extrapolation = "constant"
     most_events: Annotated[int, Quantity("1", at_least=1)] = 10
 
     @property
-    def order(self) -> int:
-        """That of the method between events."""
-        return inner(self.method, self.extrapolation).order
+    def inner(self) -> Algorithm:
+        """Who takes the steps between events."""
+        return algorithm_of(self.method, self.extrapolation)
 
     def bind(self, participants: Sequence[Participant], wiring: Wiring) -> Coupler:
         """Get ready to carry these participants."""
-        require_rollback(participants, "event-locating")
-        require_variable_steps(
-            participants, "algorithm", "event-locating", "gauss-seidel, jacobi or iterated"
-        )
+        self.check(participants)
         return _Bisection(self, participants, wiring)
 
 
@@ -70,7 +68,7 @@ class _Bisection(Coupler):
         self._method = method
         self._participants = participants
         self._wiring = wiring
-        self._inner = inner(method.method, method.extrapolation).bind(participants, wiring)
+        self._inner = method.inner.bind(participants, wiring)
         self._deciding = [(p, names) for p in participants if (names := _mode_ports(p))]
         if not self._deciding:
             raise CouplingError(

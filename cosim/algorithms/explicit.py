@@ -4,18 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
-from cosim.algorithms.algorithm import Coupler
+from cosim.algorithms.algorithm import Algorithm, Coupler
 from cosim.algorithms.rollback import Rollback, can_roll_back
 from cosim.algorithms.signals import DEGREES, Extrapolation, Outputs, Signals
 from cosim.connection import Wiring
 from cosim.participant import Participant
-from softbody_core.ground.parameters import Parameters
 
 
 @dataclass(frozen=True)
-class Explicit(Parameters):
+class Explicit(Algorithm):
     """Gauss-Seidel or Jacobi.
 
     Parameters
@@ -23,9 +22,6 @@ class Explicit(Parameters):
     extrapolation : str
         How continuous outputs go on over a step: "constant", "linear" or "quadratic".
     """
-
-    in_turn: ClassVar[bool]
-    """Whether each sees the end of those before it."""
 
     extrapolation: Extrapolation = "constant"
 

@@ -4,24 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
-from cosim.algorithms.algorithm import Coupler
+from cosim.algorithms.algorithm import Algorithm, Coupler
 from cosim.algorithms.relaxation import Relaxation, relaxing
-from cosim.algorithms.rollback import Rollback, require_rollback
+from cosim.algorithms.rollback import Rollback
 from cosim.algorithms.scale import Scale
 from cosim.algorithms.signals import DEGREES, Extrapolation, Outputs, Signals
 from cosim.connection import Wiring, is_sampled
 from cosim.errors import CouplingError
 from cosim.participant import Participant
 from softbody_core.ground.arrays import Floats
-from softbody_core.ground.parameters import Parameters, Quantity
+from softbody_core.ground.parameters import Quantity
 
 
 @dataclass(frozen=True)
-class Iterated(Parameters):
+class Iterated(Algorithm):
     """Each step is repeated until what everyone assumed of the others is what they gave.
 
     Participants go in turn, so only connections that point back are iterated. A sampled participant
@@ -41,6 +41,9 @@ class Iterated(Parameters):
         How continuous outputs run over a step to the end that is iterated: "constant" (at their
         end), "linear" or "quadratic".
     """
+
+    name: ClassVar[str] = "iterated"
+    goes_back: ClassVar[bool] = True  # where something is left to iterate
 
     tolerance: Annotated[float, Quantity("1", above=0)] = 1e-8
     max_iterations: Annotated[int, Quantity("1", at_least=2)] = 25
@@ -68,7 +71,7 @@ class _Iteration(Coupler):
         ports = {participant.name: participant.ports for participant in participants}
         self._scale = Scale([ports[name][output] for name, output in self._unknowns])
         if self._unknowns:
-            require_rollback(participants, "iterated")
+            method.check(participants)
 
     def advance(self, time: float, step: float) -> None:
         """Carry everyone over a communication step."""

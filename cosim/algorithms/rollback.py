@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from cosim.errors import CouplingError
 from cosim.participant import Participant
 
 
@@ -36,23 +35,3 @@ class Rollback:
 def can_roll_back(participants: Sequence[Participant]) -> bool:
     """Whether all of them can."""
     return all(participant.can_get_and_set_state for participant in participants)
-
-
-def require_rollback(participants: Sequence[Participant], algorithm: str) -> None:
-    """Raise `CouplingError` unless all participants can be put back.
-
-    Parameters
-    ----------
-    participants : sequence of Participant
-        Those that have to.
-    algorithm : str
-        Who asks, for the message.
-    """
-    fixed = [p.name for p in participants if not p.can_get_and_set_state]
-    if fixed:
-        raise CouplingError(
-            f"algorithm {algorithm} goes back to the start of a step, and "
-            f"{', '.join(fixed)} cannot save and restore its state (an FMU says so by "
-            "canGetAndSetFMUstate). Take gauss-seidel or jacobi, or another controller",
-            settings=["algorithm"],
-        )

@@ -16,7 +16,7 @@ from typing import Any, Final, Literal
 
 import numpy as np
 
-from cosim.algorithms.division import require_variable_steps
+from cosim.algorithms.algorithm import require_variable_steps
 from cosim.connection import Term, Wiring
 from cosim.participant import Participant
 

@@ -2,7 +2,9 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Callable, Mapping
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
+import cosim
 from cosim import (
     ALGORITHMS,
     Adaptive,
@@ -40,7 +43,10 @@ A = np.array([[-1.0, 0.5], [0.8, -2.0]])
 X0 = np.array([1.0, -0.5])
 WIRES = [Connection("second.x", "first.u"), Connection("first.x", "second.u")]
 
-OPTIONS: dict[str, dict[str, Any]] = {"adaptive": {"tolerance": 10.0}}  # so large: no step divided
+OPTIONS: dict[str, dict[str, Any]] = {"adaptive": {"tolerance": 10.0}}
+"""Options under which all steps are of one length, where a tolerance decides on that."""
+
+DOCS = Path(__file__).parents[2] / "docs" / "coupling.md"
 
 
 def coupled(algorithm: Algorithm, steps: int, order: tuple[int, int] = (0, 1)) -> np.ndarray:
@@ -67,7 +73,32 @@ def test_error_shrinks_at_the_declared_order(name: str, order: tuple[int, int]) 
     algorithm = ALGORITHMS[name](**OPTIONS.get(name, {}))
     errors = [np.linalg.norm(coupled(algorithm, int(n), order) - solution) for n in counts]
     slope = -np.polyfit(np.log(counts), np.log(errors), 1)[0]
-    assert slope == pytest.approx(algorithm.order, abs=0.1)  # the next order shows at 16 steps
+    # The next order shows at 16 steps.
+    assert slope == pytest.approx(algorithm.order, abs=0.1), (
+        f"{name} says that its order is {algorithm.order}, and errors shrink at {slope:.2f}: "
+        "correct `order`; or, if it divides steps by a tolerance, add options to OPTIONS in "
+        "tests/cosim/test_algorithms.py under which it does not"
+    )
+
+
+@pytest.mark.parametrize("name", ALGORITHMS)
+def test_an_algorithm_is_exported_and_documented(name: str) -> None:
+    kind = ALGORITHMS[name].__name__
+    for package, file in ((cosim.algorithms, "algorithms/__init__.py"), (cosim, "__init__.pyi")):
+        assert kind in package.__all__, (
+            f"{kind} is in ALGORITHMS and not exported by cosim/{file}: import it there, and add "
+            "it to its __all__"
+        )
+    text = DOCS.read_text(encoding="utf-8")
+    row = next((line for line in text.splitlines() if line.startswith(f"| `{name}` | ")), "")
+    assert row, (
+        f'docs/coupling.md: expected a row "| `{name}` | what it does | its options |" in the '
+        "table of algorithms"
+    )
+    for option in fields(ALGORITHMS[name]()):
+        assert f"`{option.name}` = " in row, (
+            f"docs/coupling.md, row `{name}`: option `{option.name}` and its default are missing"
+        )
 
 
 def test_gauss_seidel_passes_on_what_was_just_computed() -> None:
@@ -142,13 +173,68 @@ def test_a_dumped_loop_goes_on_to_the_bit(name: str, extrapolation: Any) -> None
     assert np.array_equal(again.pressures, unbroken[0].pressures)
 
 
-@pytest.mark.parametrize("name", ["iterated", "adaptive", "event-locating"])
-def test_who_cannot_be_rolled_back_is_named_before_anything_starts(name: str) -> None:
+def refusal(name: str, **lacking: bool) -> str:
+    """What an algorithm says of participants of which the second one lacks something."""
     pair = [Relaxation("first", -1.0, 0.5, 1.0), Relaxation("second", -2.0, 0.8, 1.0)]
-    pair[1].can_get_and_set_state = False
-    with pytest.raises(CouplingError, match=rf"{name} goes back .* second cannot .* gauss-seidel"):
-        next(cosimulate(pair, WIRES, step=0.1, steps=1, algorithm=ALGORITHMS[name]()))
-    assert pair[0].calls == []
+    vars(pair[1]).update(lacking)
+    stepped = [*pair, Switch(0.25)]
+    loop = cosimulate(stepped, WIRES, step=0.1, steps=1, algorithm=ALGORITHMS[name]())
+    try:
+        next(loop)
+    except CouplingError as error:
+        assert pair[0].calls == []  # before anything starts
+        return str(error)
+    next(loop)
+    return ""
+
+
+@pytest.mark.parametrize("name", ALGORITHMS)
+def test_who_cannot_be_rolled_back_is_named_if_need_be(name: str) -> None:
+    text = refusal(name, can_get_and_set_state=False)
+    assert bool(text) == ALGORITHMS[name].goes_back, (
+        f"{name}.goes_back = {ALGORITHMS[name].goes_back}, and of a participant that cannot it "
+        f"says {text!r}: correct it, or call `check` in `bind`"
+    )
+    if text:
+        assert re.search(rf"{name} goes back .* second cannot .* gauss-seidel", text)
+
+
+@pytest.mark.parametrize("name", ALGORITHMS)
+def test_who_cannot_vary_its_step_is_named_if_need_be(name: str) -> None:
+    text = refusal(name, varies_step=False)
+    assert bool(text) == ALGORITHMS[name].divides, (
+        f"{name}.divides = {ALGORITHMS[name].divides}, and of a participant that cannot vary its "
+        f"step it says {text!r}: correct it, or call `check` in `bind`"
+    )
+    if text:
+        assert re.search(rf"{name} divides steps, and second cannot .* gauss-seidel", text)
+
+
+@pytest.mark.parametrize("name", ALGORITHMS)
+def test_steps_are_divided_as_an_algorithm_says(name: str) -> None:
+    """A part that is taken again begins where it began before, and counts once."""
+    algorithm = ALGORITHMS[name](**OPTIONS.get(name, {}))
+    source, sink = Counting("first", -1.0, 0.5, 1.0), Relaxation("second", -2.0, 0.8, 1.0)
+    list(cosimulate([source, sink, Switch(9.0)], WIRES, step=0.1, steps=1, algorithm=algorithm))
+    assert len(source.starts) == algorithm.least_parts, (
+        f"{name} says that a step is taken in {algorithm.least_parts} parts, and it is in "
+        f"{len(source.starts)}: correct `least_parts`"
+    )
+    assert algorithm.divides or algorithm.least_parts == 1
+
+
+@pytest.mark.parametrize("name", ALGORITHMS)
+def test_an_algorithm_goes_in_turn_if_it_says_so(name: str) -> None:
+    """Who steps second sees what the first one has just computed, or does not."""
+    algorithm = ALGORITHMS[name](**OPTIONS.get(name, {}))
+    source, sink = Sampler(), Sink()
+    source.value = 1.0
+    wires = [Connection("clock.y", "sampler.u"), Connection("sampler.y", "sink.u")]
+    loop = [Source(1.0, name="clock"), source, sink, Switch(9.0)]
+    list(cosimulate(loop, wires, step=0.1, steps=1, algorithm=algorithm))
+    assert (sink.value == -1.0) == algorithm.in_turn, (
+        f"{name}.in_turn = {algorithm.in_turn}, and it is the other way round: correct it"
+    )
 
 
 @pytest.mark.parametrize("isolation", ISOLATIONS)
@@ -209,6 +295,18 @@ def test_relaxation_converges_where_the_plain_iteration_grows(relaxation: Any) -
     decay, half = math.exp(-1), 25 * (1 - math.exp(-1))
     expected = (decay + half) / (1 - half)
     assert [p.x for p in pair] == pytest.approx([expected] * 2, rel=1e-8)
+
+
+class Counting(Relaxation):
+    """Keeps when it was stepped, whatever is undone."""
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self.starts: set[float] = set()
+
+    def step(self, time: float, step: float) -> None:
+        self.starts.add(round(time, 9))
+        super().step(time, step)
 
 
 class Sampler(Sink):

@@ -90,6 +90,11 @@ def walk(fmu: FmuParticipant, first: int, last: int, split: int = 1) -> list[dic
     for i in range(first * split, last * split):
         frame, inside = divmod(i, split)
         angle = 2 * math.pi * frame / FRAMES
+        for name in inputs:
+            assert name in SIGNALS, (
+                f"nothing is known of an input {name!r}: add to SIGNALS, in "
+                "tests/cosim/test_controllers.py, what a breathing body gives there"
+            )
         fmu.write({name: 99.0 if inside else SIGNALS[name](angle) for name in inputs})
         fmu.step(i * (FRAME / split), FRAME / split)
         if inside == split - 1:
@@ -171,6 +176,16 @@ def test_value_beyond_its_bound_is_refused(
         FmuParticipant(
             shipped[name], parameters={parameter: given_ if symbol == "1" else f"{value} {symbol}"}
         )
+
+
+@pytest.mark.parametrize("name", CONTROLLERS)
+def test_documentation_says_what_a_controller_does(name: str) -> None:
+    assert re.search(
+        rf"^\| `{name}` \| .+ \| .+ \| .+ \|$", DOCS.read_text("utf-8"), re.MULTILINE
+    ), (
+        f'docs/controller.md: expected a row "| `{name}` | what it does | takes | source |" in the '
+        "table of controllers that ship"
+    )
 
 
 @pytest.mark.parametrize("name", CONTROLLERS)
