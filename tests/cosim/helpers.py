@@ -8,11 +8,21 @@ import subprocess
 import sys
 import zipfile
 from collections.abc import Callable, Mapping
+from dataclasses import fields
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 from xml.etree import ElementTree as ET
 
-from cosim import Causality, Connection, FmuParticipant, Port, Variability, cosimulate, unit
+from cosim import (
+    ALGORITHMS,
+    Causality,
+    Connection,
+    FmuParticipant,
+    Port,
+    Variability,
+    cosimulate,
+    unit,
+)
 
 
 def port(
@@ -197,6 +207,12 @@ class Lung(Saves):
 
     def close(self) -> None:
         """Nothing to give back."""
+
+
+def with_extrapolation(algorithm: str, extrapolation: str) -> dict[str, str]:
+    """Return the option for an algorithm that has it; nothing for one that has not."""
+    known = {field.name for field in fields(cast("Any", ALGORITHMS[algorithm]))}
+    return {"extrapolation": extrapolation} if "extrapolation" in known else {}
 
 
 def breathe(

@@ -36,7 +36,7 @@ from cosim.participant import Causality, Variability
 from tests.cosim.compartments import WIRES as SERIES
 from tests.cosim.compartments import SeriesLung
 from tests.cosim.foreign import STATES
-from tests.cosim.helpers import Lung, Relaxation, Sink, Source, Switch, port
+from tests.cosim.helpers import Lung, Relaxation, Sink, Source, Switch, port, with_extrapolation
 
 # x' = A x, one participant a row.
 A = np.array([[-1.0, 0.5], [0.8, -2.0]])
@@ -151,7 +151,7 @@ def test_what_is_held_has_the_moments_of_the_polynomial(
 @pytest.mark.parametrize("name", ALGORITHMS)
 @pytest.mark.parametrize("extrapolation", ["constant", "linear", "quadratic"])
 def test_a_dumped_loop_goes_on_to_the_bit(name: str, extrapolation: Any) -> None:
-    algorithm = ALGORITHMS[name](extrapolation=extrapolation)
+    algorithm = ALGORITHMS[name](**with_extrapolation(name, extrapolation))
 
     def loop() -> tuple[SeriesLung, CoSimulation]:
         lung = SeriesLung.new()

@@ -12,6 +12,7 @@ import scenarios
 from cosim import ALGORITHMS, CouplingError, Iterated
 from scenarios import RunError, Scenario, ScenarioError
 from scenarios.studies.trade.settings import put_all
+from tests.cosim.helpers import with_extrapolation
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +36,7 @@ def test_a_sampled_controller_leaves_nothing_to_improve(
     """It acts at frames, on the volume at a frame: Gauss-Seidel is exact, and all others agree."""
     parts = ALGORITHMS[name].least_parts
     plain = scenarios.run(short.changed({"coupling.step": f"1/{30 * parts} s"}))
-    other = {"algorithm": name, "extrapolation": extrapolation, "step": "1/30 s"}
+    other = {"algorithm": name, "step": "1/30 s", **with_extrapolation(name, extrapolation)}
     found = scenarios.run(short.changed({"coupling": other}))
     every = plain["volume"].to_numpy()[::parts]
     if parts > 1:  # the times of parts are rounded another way: i·h/2 and i·h + h/2
