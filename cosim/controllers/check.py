@@ -13,7 +13,8 @@ from fmpy.validation import validate_fmu
 
 from cosim.errors import FmuError
 from cosim.fmu.description import read_description
-from cosim.fmu.findings import FINDERS, Finding, Subject, numeric_ports
+from cosim.fmu.finding import Finding, Subject
+from cosim.fmu.findings import FINDERS, numeric_ports
 from cosim.fmu.folder import FmuFolder
 from cosim.fmu.steps import fixed_step
 from cosim.fmu.trial import try_fmu

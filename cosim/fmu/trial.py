@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from cosim.errors import FmuError
-from cosim.fmu.findings import Finding, message_of
+from cosim.fmu.finding import Finding, message_of
 from cosim.fmu.isolation import TIME_LIMIT, IsolatedFmu
 
 STEPS: Final = 30
