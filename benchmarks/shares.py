@@ -39,8 +39,8 @@ from softbody_core.forces.mass_spring import _BoundMassSpring
 from softbody_core.forces.pair_geometry import PairGeometry
 from softbody_core.forces.surface_sph import _BoundSPH
 from softbody_core.forces.volume_law import BoundPressure, BoundResistance
+from softbody_core.ground.anderson import Anderson
 from softbody_core.integrators import symplectic_euler
-from softbody_core.integrators.anderson import Anderson
 from softbody_core.integrators.constant_operator import ConstantOperator
 from softbody_core.integrators.quasi_newton import Linearization, QuasiNewton
 from softbody_core.integrators.symplectic_euler import _SymplecticEuler

@@ -16,8 +16,8 @@ from .errors import (
 )
 from .fmu import FmuParticipant
 from .loop import CommunicationPoint, CoSimulation, cosimulate
-from .older_names import Variable
-from .participant import Causality, Change, Participant, Port
+from .older_names import Change, Variable
+from .participant import Causality, Participant, Port, Variability
 from .recorder import RecordedVariable, Recorder
 from .soft_body import SoftBodyParticipant
 from .units import Unit, UnitError, quantity, unit
@@ -51,6 +51,7 @@ __all__ = [
     "SoftBodyParticipant",
     "Unit",
     "UnitError",
+    "Variability",
     "Variable",
     "WiringError",
     "cosimulate",

@@ -1,4 +1,4 @@
-"""A saved body as bytes, and back: exact, and safe to read from a file of someone else's."""
+"""The state of a body as bytes, and back: exact, and safe to read from a file of someone else's."""
 
 from __future__ import annotations
 
@@ -6,18 +6,18 @@ import io
 import pickle
 from typing import Any, Final
 
-from softbody_core import ParameterError
+from softbody_core.ground.errors import ParameterError
 
 _NUMPY: Final = frozenset({"_reconstruct", "_frombuffer", "scalar", "ndarray", "dtype"})
 
 
-def to_bytes(saved: object) -> bytes:
+def serialize(state: object) -> bytes:
     """Write down what a body needs to go on. Objects that are one stay one."""
-    return pickle.dumps(saved, protocol=5)
+    return pickle.dumps(state, protocol=5)
 
 
-def from_bytes(data: bytes) -> Any:
-    """Read what `to_bytes` wrote.
+def deserialize(data: bytes) -> Any:
+    """Read what `serialize` wrote.
 
     Raises
     ------
@@ -40,7 +40,7 @@ class _Reader(pickle.Unpickler):
         if root == "numpy" and name in _NUMPY:
             return super().find_class(module, name)
         if root == "softbody_core":
-            found = super().find_class(module, name)  # perhaps something that the module imports
-            if isinstance(found, type) and found.__module__.partition(".")[0] == root:
-                return found
+            item = super().find_class(module, name)  # perhaps something that the module imports
+            if isinstance(item, type) and item.__module__.partition(".")[0] == root:
+                return item
         raise pickle.UnpicklingError(f"it names {module}.{name}")

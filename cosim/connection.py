@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from math import isfinite
 
 from cosim.errors import SignalError, WiringError, nearest
-from cosim.participant import Causality, Change, Participant, Port
+from cosim.participant import Causality, Participant, Port, Variability
 from cosim.units import UnitError
 
 
@@ -158,8 +158,8 @@ def is_sampled(participant: Participant) -> bool:
 
     What such a participant takes is what its inputs are at the start of a step.
     """
-    changes = [p.change for p in participant.ports.values() if p.causality is Causality.OUTPUT]
-    return bool(changes) and Change.CONTINUOUS not in changes
+    outputs = [p for p in participant.ports.values() if p.causality is Causality.OUTPUT]
+    return bool(outputs) and all(p.variability is not Variability.CONTINUOUS for p in outputs)
 
 
 def _wire(
@@ -173,7 +173,7 @@ def _wire(
         source, output = _find(participants, connection, end, Causality.OUTPUT)
         factor, offset = _conversion(connection, end, output, entry)
         offsets.append(offset)
-        continuous = output.change is Change.CONTINUOUS and not is_sampled(target)
+        continuous = output.variability is Variability.CONTINUOUS and not is_sampled(target)
         terms.append(Term(source, output.name, factor, continuous))
     if any(offsets) and len(terms) > 1:
         raise WiringError(

@@ -8,19 +8,41 @@ from collections.abc import Iterable
 from softbody_core.ground.errors import SimulationError as SimulationError
 
 
-class WiringError(SimulationError, ValueError):
+class CosimError(SimulationError):
+    """Base of what goes wrong between participants.
+
+    Parameters
+    ----------
+    message : str
+        What went wrong, and what to try.
+    settings : iterable of str
+        Those words of the message that name what can be set: an argument or a parameter of this
+        package. Who sets it by another name can put that name in their place.
+
+    Attributes
+    ----------
+    settings : tuple of str
+        As given.
+    """
+
+    def __init__(self, message: str, settings: Iterable[str] = ()) -> None:
+        super().__init__(message)
+        self.settings = tuple(settings)
+
+
+class WiringError(CosimError, ValueError):
     """Two ports cannot be connected, or a port is unknown or left open."""
 
 
-class SignalError(SimulationError, ArithmeticError):
+class SignalError(CosimError, ArithmeticError):
     """A value that is not finite crossed a connection."""
 
 
-class CouplingError(SimulationError, RuntimeError):
+class CouplingError(CosimError, RuntimeError):
     """A coupling algorithm cannot go on, or not with these participants."""
 
 
-class FmuError(SimulationError, RuntimeError):
+class FmuError(CosimError, RuntimeError):
     """An FMU cannot be loaded, does not fit, or failed while it ran."""
 
 
@@ -40,7 +62,7 @@ class FmuTimeoutError(FmuError):
     """An FMU did not answer within its time limit, and was stopped."""
 
 
-class ControllerError(SimulationError, ValueError):
+class ControllerError(CosimError, ValueError):
     """A controller's source cannot be built into an FMU."""
 
 

@@ -32,22 +32,22 @@ class CommunicationPoint:
 
 
 @dataclass(frozen=True)
-class DumpedLoop:
-    """Everything that a co-simulation needs to go on elsewhere.
+class SerializedCoSimulation:
+    """State of a co-simulation as it goes into a file: all that it needs to go on elsewhere.
 
     Attributes
     ----------
     index : int
         Of the communication point.
     participants : mapping
-        What each one's `dump` gave, by name.
-    memory : object
-        Of the coupling algorithm: lists, dicts, text and numbers.
+        What each one's `serialize` gave, by name.
+    coupler : object
+        State of the coupling algorithm: lists, dicts, text and numbers.
     """
 
     index: int
     participants: Mapping[str, bytes]
-    memory: Any
+    coupler: Any
 
 
 class CoSimulation:
@@ -86,8 +86,8 @@ class CoSimulation:
         self._participants = participants
         self._wiring = Wiring(participants, connections)
         self._step, self._start = step, start
-        chosen = algorithm if algorithm is not None else GaussSeidel()
-        self._coupler = chosen.bind(participants, self._wiring)
+        algorithm = algorithm if algorithm is not None else GaussSeidel()
+        self._coupler = algorithm.bind(participants, self._wiring)
         self._index = 0
 
     def begin(self) -> CommunicationPoint:
@@ -114,33 +114,33 @@ class CoSimulation:
         self._index += 1
         return self._point()
 
-    def dump(self) -> DumpedLoop:
+    def serialize(self) -> SerializedCoSimulation:
         """State at this point, for a file.
 
         Raises
         ------
         CouplingError
-            If a participant's state cannot be written down; see `require_dump`.
+            If a participant's state cannot be written down; see `require_serialization`.
         """
-        require_dump(self._participants)
-        states = {participant.name: participant.dump() for participant in self._participants}
-        return DumpedLoop(self._index, states, self._coupler.memory())
+        require_serialization(self._participants)
+        states = {participant.name: participant.serialize() for participant in self._participants}
+        return SerializedCoSimulation(self._index, states, self._coupler.get_state())
 
-    def load(self, dumped: DumpedLoop) -> None:
-        """Go to what `dump` gave, after `begin`. What follows repeats to the bit."""
+    def deserialize(self, state: SerializedCoSimulation) -> None:
+        """Go to what `serialize` gave, after `begin`. What follows repeats to the bit."""
         for participant in self._participants:
-            participant.load(dumped.participants[participant.name])
-        self._coupler.recall(dumped.memory)
-        self._index = dumped.index
+            participant.deserialize(state.participants[participant.name])
+        self._coupler.set_state(state.coupler)
+        self._index = state.index
 
     def _point(self) -> CommunicationPoint:
-        outputs = {one.name: dict(one.read()) for one in self._participants}
+        outputs = {p.name: dict(p.read()) for p in self._participants}
         return CommunicationPoint(self._index, self._start + self._index * self._step, outputs)
 
 
-def require_dump(participants: Sequence[Participant]) -> None:
+def require_serialization(participants: Sequence[Participant]) -> None:
     """Raise `CouplingError` unless the state of each participant can be written down."""
-    silent = [participant.name for participant in participants if not participant.can_dump]
+    silent = [p.name for p in participants if not p.can_serialize_state]
     if silent:
         raise CouplingError(
             f"no checkpoint can be written: {', '.join(silent)} cannot write its state down (an "

@@ -33,6 +33,22 @@ class PortName:
 
 
 @dataclass(frozen=True)
+class Fault:
+    """What keeps a controller from driving a body.
+
+    Attributes
+    ----------
+    text : str
+        To be read after "FMU X".
+    settings : tuple of str
+        As of `cosim.errors.CosimError`.
+    """
+
+    text: str
+    settings: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class Matching:
     """Ports that belong together.
 
@@ -40,12 +56,12 @@ class Matching:
     ----------
     pairs : list of (str, str)
         A controller's port and the body's.
-    faults : list of str
-        What keeps the controller from driving the body, to be read after "FMU X".
+    faults : list of Fault
+        What keeps the controller from driving the body.
     """
 
     pairs: list[tuple[str, str]]
-    faults: list[str]
+    faults: list[Fault]
 
 
 def match(
@@ -70,14 +86,25 @@ def match(
     alike = _alike(controller, body, names, {variable for variable, _ in named.pairs})
     pairs = [*named.pairs, *alike.pairs]
     undriven = []
-    if not any(body[own].causality is Causality.INPUT for _, own in pairs) and not named.faults:
+    if not any(body[name].causality is Causality.INPUT for _, name in pairs) and not named.faults:
         gives = sorted(n for n, port in controller.items() if port.causality is Causality.OUTPUT)
         undriven.append(
-            "cannot drive the body: it has neither an output delta_p (Pa) nor an output n (1); its "
-            f"outputs are: {', '.join(gives) or 'none'}. Another name is mapped in "
-            "[controller.ports]"
+            Fault(
+                f"cannot drive the body: it has neither {_inputs(body)}; its outputs are: "
+                f"{', '.join(gives) or 'none'}. Another name is mapped in names",
+                ("names",),
+            )
         )
     return Matching(pairs, [*named.faults, *undriven, *alike.faults])
+
+
+def _inputs(body: Mapping[str, Port]) -> str:
+    """What a controller may drive."""
+    inputs = [port for port in body.values() if port.causality is Causality.INPUT]
+    return " nor ".join(
+        f"an output {port.name} ({'no unit' if port.unit is None else port.unit.symbol})"
+        for port in inputs
+    )
 
 
 def _named(
@@ -85,15 +112,18 @@ def _named(
 ) -> Matching:
     """Match ports that are named."""
     pairs, faults = [], []
-    for own, name in names.items():
-        wanted = _OPPOSITE[body[own].causality]
-        fitting = [n for n, port in controller.items() if port.causality is wanted]
+    for port, name in names.items():
+        wanted = _OPPOSITE[body[port].causality]
+        fitting = [n for n, p in controller.items() if p.causality is wanted]
         if name.variable in fitting:
-            pairs.append((name.variable, own))
+            pairs.append((name.variable, port))
         else:
             faults.append(
-                f"has no {wanted.value} {name.variable!r}, which controller.ports.{own} names; "
-                f"{nearest(name.variable, fitting)}"
+                Fault(
+                    f"has no {wanted.value} {name.variable!r}, which names.{port} names; "
+                    f"{nearest(name.variable, fitting)}",
+                    (f"names.{port}",),
+                )
             )
     return Matching(pairs, faults)
 
@@ -118,8 +148,11 @@ def _alike(
             pairs.append((variable, variable))
         else:
             faults.append(
-                f"has an input {variable!r} that the body does not give; "
-                f"{nearest(variable, offered)}. Another name is mapped in [controller.ports]"
+                Fault(
+                    f"has an input {variable!r} that the body does not give; "
+                    f"{nearest(variable, offered)}. Another name is mapped in names",
+                    ("names",),
+                )
             )
     return Matching(pairs, faults)
 

@@ -17,8 +17,8 @@ class Causality(Enum):
     OUTPUT = "output"
 
 
-class Change(Enum):
-    """How the value of a port changes with time."""
+class Variability(Enum):
+    """How the value of a port changes with time; FMI's word."""
 
     CONTINUOUS = "continuous"
     """All the time, so it can be interpolated."""
@@ -46,7 +46,7 @@ class Port:
         For people.
     optional : bool
         True for an input that has a neutral value when it is left unconnected.
-    change : Change
+    variability : Variability
         How its value changes with time.
     """
 
@@ -55,7 +55,7 @@ class Port:
     causality: Causality
     description: str = ""
     optional: bool = False
-    change: Change = Change.CONTINUOUS
+    variability: Variability = Variability.CONTINUOUS
 
 
 class Participant(Protocol):
@@ -66,11 +66,12 @@ class Participant(Protocol):
     `begin`. After an error only `read` and `close` are; what `read` gives is then the state before
     the failed call where the participant can tell, and stale otherwise.
 
-    Rollback: a participant with `can_save` gives its state with `save`, between `begin` and
-    `close`, and goes back to it with `restore`, as often as need be. What follows repeats to the
-    bit. With `can_dump` that state also goes to bytes and back, in another process too: `load`
-    takes the place of `restore` in a participant of the same kind that has seen `begin`. A
-    participant without them is stepped forward only.
+    State: a participant with `can_get_and_set_state` gives its state with `get_state`, between
+    `begin` and `close`, and goes back to it with `set_state`, as often as need be. What follows
+    repeats to the bit. With `can_serialize_state` that state also goes to bytes and back, in
+    another process too: `deserialize` takes the place of `set_state` in a participant of the same
+    kind after its `begin`. A participant without them is stepped forward only. These are the words
+    of FMI.
 
     Attributes
     ----------
@@ -78,10 +79,10 @@ class Participant(Protocol):
         Unique within the co-simulation.
     ports : mapping
         By name.
-    can_save : bool
-        Whether `save`, `restore` and `release` work.
-    can_dump : bool
-        Whether `dump` and `load` do. Never without `can_save`.
+    can_get_and_set_state : bool
+        Whether `get_state`, `set_state` and `free_state` work.
+    can_serialize_state : bool
+        Whether `serialize` and `deserialize` do. Never without `can_get_and_set_state`.
     varies_step : bool
         Whether it takes steps of any length. If not, parts of a communication step are not asked
         of it.
@@ -91,10 +92,10 @@ class Participant(Protocol):
     ports: Mapping[str, Port]
 
     @property
-    def can_save(self) -> bool: ...
+    def can_get_and_set_state(self) -> bool: ...
 
     @property
-    def can_dump(self) -> bool: ...
+    def can_serialize_state(self) -> bool: ...
 
     @property
     def varies_step(self) -> bool: ...
@@ -115,21 +116,21 @@ class Participant(Protocol):
         """Values of all outputs, by port name, in the ports' own units."""
         ...
 
-    def save(self) -> object:
+    def get_state(self) -> object:
         """State as it is now: inputs, outputs, all that decides what comes next."""
 
-    def restore(self, saved: Any) -> None:
-        """Go back to a state that `save` gave and `release` did not yet take."""
+    def set_state(self, state: Any) -> None:
+        """Go back to a state that `get_state` gave and `free_state` did not yet take."""
 
-    def release(self, saved: Any) -> None:
-        """Give back a saved state that is no longer needed."""
+    def free_state(self, state: Any) -> None:
+        """Let go of a state that is no longer needed."""
 
-    def dump(self) -> bytes:
+    def serialize(self) -> bytes:
         """State as it is now, for a file."""
         ...
 
-    def load(self, data: bytes) -> None:
-        """Go to a state that `dump` gave."""
+    def deserialize(self, data: bytes) -> None:
+        """Go to a state that `serialize` gave."""
 
     def close(self) -> None:
         """Give back files, memory and processes. May be called twice."""

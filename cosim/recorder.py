@@ -7,12 +7,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from cosim.errors import WiringError, nearest
 from cosim.loop import CommunicationPoint
 from cosim.participant import Participant
 from cosim.units import unit
+from softbody_core.ground.arrays import Floats
 
 
 @dataclass(frozen=True)
@@ -82,11 +82,11 @@ class Recorder:
         self._times.append(point.time)
         self._rows.append([point.outputs[owner][port] for owner, port in self._ends])
 
-    def serialize(self) -> NDArray[np.float64]:
+    def serialize(self) -> Floats:
         """Everything that was recorded, in the ports' units: a row a point, its time first."""
         return np.column_stack([np.array(self._times), np.array(self._rows)])
 
-    def deserialize(self, rows: NDArray[np.float64]) -> None:
+    def deserialize(self, rows: Floats) -> None:
         """Start from what `serialize` gave, in place of what is there."""
         self._times, self._rows = rows[:, 0].tolist(), rows[:, 1:].tolist()
 

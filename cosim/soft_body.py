@@ -7,7 +7,7 @@ from dataclasses import asdict
 from functools import cache
 from typing import Any, Final
 
-from cosim.body_bytes import from_bytes, to_bytes
+from cosim.body_bytes import deserialize, serialize
 from cosim.participant import Causality, Port
 from cosim.units import unit
 from softbody_core import Inputs, Observation, SoftBody
@@ -41,22 +41,22 @@ def body_ports() -> Mapping[str, Port]:
 @cache
 def obstacle_ports(names: tuple[str, ...]) -> Mapping[str, Port]:
     """Ports of a body among obstacles: how near they are, and where those that move are."""
-    said = [("clearance", "lower bound of the distance between the body's points and obstacles")]
-    said += [
+    lengths = [("clearance", "lower bound of the distance between the body's points and obstacles")]
+    lengths += [
         (f"{name}_{axis}", f"{axis} of the centre of mass of {name}")
         for name in names
         for axis in "xyz"
     ]
     return {
         name: Port(name, unit("m"), Causality.OUTPUT, description, optional=True)
-        for name, description in said
+        for name, description in lengths
     }
 
 
 class SoftBodyParticipant:
     """Offers a `SoftBody`'s inputs and what can be observed of it as ports, in SI units.
 
-    An input that is not connected stays as it was given. Saving and restoring are exact to the bit.
+    An input that is not connected stays as it was given. Going back to a state is exact to the bit.
 
     Parameters
     ----------
@@ -68,8 +68,8 @@ class SoftBodyParticipant:
         What the body's inputs are until a connection says otherwise; 0 by default.
     """
 
-    can_save = True
-    can_dump = True
+    can_get_and_set_state = True
+    can_serialize_state = True
     varies_step = True
 
     def __init__(self, body: SoftBody, name: str = "body", inputs: Inputs | None = None) -> None:
@@ -81,7 +81,7 @@ class SoftBodyParticipant:
         if obstacles:
             self.ports = {**self.ports, **obstacle_ports(self.moving)}
         self._inputs = asdict(inputs if inputs is not None else Inputs())
-        self._outputs = self._look(body.observe())
+        self._outputs = self._values(body.observe())
 
     def initialize(self, time: float) -> None:
         """Nothing to do: a body stands where it stands."""
@@ -95,60 +95,60 @@ class SoftBodyParticipant:
 
     def step(self, time: float, step: float) -> None:
         """Move the body."""
-        self._outputs = self._look(self.body.step(step, **self._inputs))
+        self._outputs = self._values(self.body.step(step, **self._inputs))
 
     def read(self) -> Mapping[str, float]:
         """Return what is observed of the body."""
         return self._outputs
 
-    def save(self) -> object:
+    def get_state(self) -> object:
         """Body, inputs and outputs as they are now."""
-        return self.body.save(), dict(self._inputs), self._outputs
+        return self.body.get_state(), dict(self._inputs), self._outputs
 
-    def restore(self, saved: Any) -> None:
-        """Go back to what `save` gave."""
-        body, inputs, outputs = saved
-        self.body.restore(body)
+    def set_state(self, state: Any) -> None:
+        """Go back to what `get_state` gave."""
+        body, inputs, outputs = state
+        self.body.set_state(body)
         self._inputs, self._outputs = dict(inputs), outputs
 
-    def release(self, saved: Any) -> None:
+    def free_state(self, state: Any) -> None:
         """Nothing to do: it is memory of Python's."""
 
-    def dump(self) -> bytes:
+    def serialize(self) -> bytes:
         """Write the state down."""
-        return to_bytes(self.save())
+        return serialize(self.get_state())
 
-    def load(self, data: bytes) -> None:
-        """Go to what `dump` gave, in this body or its twin.
+    def deserialize(self, data: bytes) -> None:
+        """Go to what `serialize` gave, in this body or its twin.
 
         Raises
         ------
         ParameterError
             If the data are damaged or those of a body with another number of points.
         """
-        self.restore(from_bytes(data))
+        self.set_state(deserialize(data))
 
     def close(self) -> None:
         """Nothing to do."""
 
-    def _look(self, seen: Observation) -> dict[str, float]:
-        outputs = _outputs(seen)
+    def _values(self, observation: Observation) -> dict[str, float]:
+        outputs = _outputs(observation)
         if self.body.model.obstacles:
-            outputs["clearance"] = seen.clearance
+            outputs["clearance"] = observation.clearance
         if self.moving:
-            for law, there in zip(self.body.model.obstacles, seen.obstacles, strict=True):
+            for law, obstacle in zip(self.body.model.obstacles, observation.obstacles, strict=True):
                 if law.moves:
-                    places = zip("xyz", there.position.tolist(), strict=True)
+                    places = zip("xyz", obstacle.position.tolist(), strict=True)
                     outputs.update((f"{law.name}_{axis}", place) for axis, place in places)
         return outputs
 
 
-def _outputs(seen: Observation) -> dict[str, float]:
+def _outputs(observation: Observation) -> dict[str, float]:
     return {
-        "volume": seen.volume,
-        "bounding_box_volume": seen.bounding_box_volume,
-        "pressure": seen.pressure,
-        "alveolar_pressure": seen.alveolar_pressure,
-        "flow": seen.flow,
-        **dict(zip(_CORNERS, seen.bounding_box.ravel().tolist(), strict=True)),
+        "volume": observation.volume,
+        "bounding_box_volume": observation.bounding_box_volume,
+        "pressure": observation.pressure,
+        "alveolar_pressure": observation.alveolar_pressure,
+        "flow": observation.flow,
+        **dict(zip(_CORNERS, observation.bounding_box.ravel().tolist(), strict=True)),
     }

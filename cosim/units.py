@@ -87,8 +87,10 @@ def unit(symbol: str) -> Unit:
     try:
         units = registry.parse_units(symbol)
         base = registry.get_base_units(units)[1]
-        zero, one, two = (registry.Quantity(Decimal(k), units).to(base).magnitude for k in range(3))
-        if not math.isclose(two - one, one - zero):
+        at_0, at_1, at_2 = (
+            registry.Quantity(Decimal(k), units).to(base).magnitude for k in range(3)
+        )
+        if not math.isclose(at_2 - at_1, at_1 - at_0):
             raise ValueError("its scale is not linear")  # such as dB
         dimension = frozenset((str(k), _whole(v)) for k, v in units.dimensionality.items())
     except Exception as error:  # pint's parser raises whatever Python's tokenizer raises
@@ -96,7 +98,7 @@ def unit(symbol: str) -> Unit:
             f"unit {symbol!r} is not known ({_reason(error)}); write it like 'L', 'cmH2O', 'L/s' "
             "or 'N.s/m'"
         ) from error
-    return Unit(symbol, dimension, float(one - zero), float(zero))
+    return Unit(symbol, dimension, float(at_1 - at_0), float(at_0))
 
 
 def quantity(text: str, symbol: str) -> float:
@@ -113,9 +115,9 @@ def quantity(text: str, symbol: str) -> float:
     if parts is None:
         raise UnitError(f"{text!r} is no quantity in {symbol!r}; {example}")
     try:
-        own, target = (registry.parse_units(s) for s in (parts[3] or "", symbol))
+        source, target = (registry.parse_units(s) for s in (parts[3] or "", symbol))
         number = Decimal(parts[1]) / Decimal(parts[2] or 1)
-        magnitude = float(registry.Quantity(number, own).to(target).magnitude)
+        magnitude = float(registry.Quantity(number, source).to(target).magnitude)
     except pint.DimensionalityError as error:
         raise UnitError(f"{text!r} cannot be converted to {symbol!r}; {example}") from error
     except Exception as error:

@@ -13,11 +13,14 @@ from cosim.algorithms.iterated import Iterated
 from cosim.algorithms.jacobi import Jacobi
 
 ALGORITHMS: Final[dict[str, type[Algorithm]]] = {
-    "gauss-seidel": GaussSeidel,
-    "jacobi": Jacobi,
-    "iterated": Iterated,
-    "adaptive": Adaptive,
-    "event-locating": EventLocating,
+    kind.name: kind
+    for kind in (
+        GaussSeidel,
+        Jacobi,
+        Iterated,
+        Adaptive,
+        EventLocating,
+    )
 }
 
 __all__ = [

@@ -4,30 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
-from cosim.algorithms.algorithm import Coupler
-from cosim.algorithms.division import require_variable_steps
-from cosim.algorithms.inner import Method, inner
-from cosim.algorithms.rollback import Rollback, require_rollback
-from cosim.algorithms.scale import Floats, Scale
+from cosim.algorithms.algorithm import Algorithm, Coupler
+from cosim.algorithms.dividing import Dividing, Method, algorithm_of
+from cosim.algorithms.rollback import Rollback
+from cosim.algorithms.scale import Scale
 from cosim.algorithms.signals import Extrapolation
 from cosim.connection import Wiring
 from cosim.errors import CouplingError
-from cosim.participant import Change, Participant
-from softbody_core.ground.parameters import Parameters, Quantity
+from cosim.participant import Participant, Variability
+from softbody_core.ground.arrays import Floats
+from softbody_core.ground.parameters import Quantity
 
 
 @dataclass(frozen=True)
-class Adaptive(Parameters):
+class Adaptive(Dividing):
     """Each communication step in equal halves, quarters, eighths …, as far as they are needed.
 
     A part is taken once as a whole and once in two halves. The halves are kept if their estimated
     error, |whole − halves| / (2^order − 1), is small enough (step doubling: Hairer, Nørsett &
-    Wanner 1993, II.4). Communication points stay where the scenario has them, whatever lies
-    between.
+    Wanner 1993, II.4). Communication points stay where they are, whatever lies between.
 
     Parameters
     ----------
@@ -42,22 +41,22 @@ class Adaptive(Parameters):
         How often a communication step may be halved.
     """
 
+    name: ClassVar[str] = "adaptive"
+    least_parts: ClassVar[int] = 2
+
     tolerance: Annotated[float, Quantity("1", above=0)] = 1e-3
     method: Method = "gauss-seidel"
     extrapolation: Extrapolation = "constant"
     most_halvings: Annotated[int, Quantity("1", at_least=1, below=31)] = 12
 
     @property
-    def order(self) -> int:
-        """That of the method, at parts of one length."""
-        return inner(self.method, self.extrapolation).order
+    def inner(self) -> Algorithm:
+        """Who takes the parts."""
+        return algorithm_of(self.method, self.extrapolation)
 
     def bind(self, participants: Sequence[Participant], wiring: Wiring) -> Coupler:
         """Get ready to carry these participants."""
-        require_rollback(participants, "adaptive")
-        require_variable_steps(
-            participants, "coupling.algorithm adaptive", "gauss-seidel, jacobi or iterated"
-        )
+        self.check(participants)
         return _StepDoubling(self, participants, wiring)
 
 
@@ -67,7 +66,7 @@ class _StepDoubling(Coupler):
     ) -> None:
         self._method = method
         self._participants = participants
-        self._inner = inner(method.method, method.extrapolation).bind(participants, wiring)
+        self._inner = method.inner.bind(participants, wiring)
         self._watched = _connected(participants, wiring)
         self._scale = Scale([owner.ports[output] for owner, output in self._watched])
         self._halvings = 0
@@ -80,8 +79,8 @@ class _StepDoubling(Coupler):
         while done < finest:
             size = finest >> self._halvings
             part = step * (size / finest)
-            here = time + step * (done / finest)
-            error = self._try(here, part) / (gain - 1)
+            start = time + step * (done / finest)
+            error = self._try(start, part) / (gain - 1)
             if error <= self._method.tolerance:
                 done += size
                 # Twice as long a part errs by 2^(order + 1) as much, and begins at its multiples.
@@ -92,41 +91,42 @@ class _StepDoubling(Coupler):
                 self._halvings += 1
             else:
                 raise CouplingError(
-                    f"coupling.algorithm adaptive: at t = {here:.6g} s a part of {part:.3g} s errs "
-                    f"by {error:.2g}, and the tolerance is {self._method.tolerance:.2g}. Raise "
-                    "coupling.tolerance, or coupling.most_halvings if the error does shrink"
+                    f"algorithm adaptive: at t = {start:.6g} s a part of {part:.3g} s "
+                    f"errs by {error:.2g}, and at most {self._method.tolerance:.2g} is allowed. "
+                    "Raise tolerance, or most_halvings if the error does shrink",
+                    settings=["algorithm", "tolerance", "most_halvings"],
                 )
 
     def _try(self, time: float, part: float) -> float:
         """Take a part, and leave everyone at its end, or at its start if it errs too much."""
         gain = 2.0**self._method.order
-        start, memory = Rollback(self._participants), self._inner.memory()
+        before, state = Rollback(self._participants), self._inner.get_state()
         self._inner.advance(time, part)
         whole = self._look()
-        start.restore()
-        self._inner.recall(memory)
+        before.set_states()
+        self._inner.set_state(state)
         self._inner.advance(time, part / 2)
         self._inner.advance(time + part / 2, part / 2)
         halves = self._look()
-        error = float(np.max(np.abs(whole - halves) / self._scale.seen(halves), initial=0.0))
+        error = float(np.max(np.abs(whole - halves) / self._scale.update(halves), initial=0.0))
         if error > self._method.tolerance * (gain - 1):
-            start.restore()
-            self._inner.recall(memory)
-        start.release()
+            before.set_states()
+            self._inner.set_state(state)
+        before.free_states()
         return error
 
     def _look(self) -> Floats:
         return np.array([owner.read()[output] for owner, output in self._watched], float)
 
-    def memory(self) -> Any:
+    def get_state(self) -> Any:
         """Length of the parts, sizes of the outputs, and what the method remembers."""
-        return [self._halvings, self._scale.memory(), self._inner.memory()]
+        return [self._halvings, self._scale.get_state(), self._inner.get_state()]
 
-    def recall(self, memory: Any) -> None:
-        """Go back to what `memory` returned."""
-        self._halvings, scale, method = memory
-        self._scale.recall(scale)
-        self._inner.recall(method)
+    def set_state(self, state: Any) -> None:
+        """Go back to what `get_state` gave."""
+        self._halvings, scale, method = state
+        self._scale.set_state(scale)
+        self._inner.set_state(method)
 
     def restart(self) -> None:
         """Forget what came before a jump."""
@@ -137,10 +137,10 @@ def _connected(
     participants: Sequence[Participant], wiring: Wiring
 ) -> list[tuple[Participant, str]]:
     """Continuous outputs that someone takes. Others jump, and a jump does not shrink."""
-    found = {
+    outputs = {
         (term.source.name, term.output): (term.source, term.output)
         for participant in participants
         for term in wiring.terms_of(participant)
-        if term.source.ports[term.output].change is Change.CONTINUOUS
+        if term.source.ports[term.output].variability is Variability.CONTINUOUS
     }
-    return list(found.values())
+    return list(outputs.values())

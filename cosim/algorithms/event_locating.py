@@ -4,24 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
-from cosim.algorithms.algorithm import Coupler
-from cosim.algorithms.division import require_variable_steps
-from cosim.algorithms.inner import Method, inner
-from cosim.algorithms.rollback import Rollback, require_rollback
+from cosim.algorithms.algorithm import Algorithm, Coupler
+from cosim.algorithms.dividing import Dividing, Method, algorithm_of
+from cosim.algorithms.rollback import Rollback
 from cosim.algorithms.signals import Extrapolation
 from cosim.connection import Wiring
 from cosim.errors import CouplingError
-from cosim.participant import Causality, Change, Participant
-from softbody_core.ground.parameters import Parameters, Quantity
+from cosim.participant import Causality, Participant, Variability
+from softbody_core.ground.parameters import Quantity
 
 Modes = dict[str, list[float]]
 
 
 @dataclass(frozen=True)
-class EventLocating(Parameters):
-    """A communication point is put where a mode changes: a phase switches, a valve opens.
+class EventLocating(Dividing):
+    """A communication point is put where a mode changes: a valve opens, a breath begins.
 
     A mode is an integer or boolean output. Some participants decide on it at the start of a step,
     others within it. So the mode at a moment is what is seen after one more step of the length
@@ -44,22 +43,21 @@ class EventLocating(Parameters):
         How many a communication step may have.
     """
 
+    name: ClassVar[str] = "event-locating"
+
     tolerance: Annotated[float, Quantity("s", above=0)] = 1e-4
     method: Method = "gauss-seidel"
     extrapolation: Extrapolation = "constant"
     most_events: Annotated[int, Quantity("1", at_least=1)] = 10
 
     @property
-    def order(self) -> int:
-        """That of the method between events."""
-        return inner(self.method, self.extrapolation).order
+    def inner(self) -> Algorithm:
+        """Who takes the steps between events."""
+        return algorithm_of(self.method, self.extrapolation)
 
     def bind(self, participants: Sequence[Participant], wiring: Wiring) -> Coupler:
         """Get ready to carry these participants."""
-        require_rollback(participants, "event-locating")
-        require_variable_steps(
-            participants, "coupling.algorithm event-locating", "gauss-seidel, jacobi or iterated"
-        )
+        self.check(participants)
         return _Bisection(self, participants, wiring)
 
 
@@ -70,12 +68,13 @@ class _Bisection(Coupler):
         self._method = method
         self._participants = participants
         self._wiring = wiring
-        self._inner = inner(method.method, method.extrapolation).bind(participants, wiring)
-        self._deciding = [(one, names) for one in participants if (names := _mode_ports(one))]
+        self._inner = method.inner.bind(participants, wiring)
+        self._deciding = [(p, names) for p in participants if (names := _mode_ports(p))]
         if not self._deciding:
             raise CouplingError(
-                "coupling.algorithm event-locating: nothing has an integer or boolean output, so "
-                "there is no event to locate; take another algorithm"
+                "algorithm event-locating: nothing has an integer or boolean output, so "
+                "there is no event to locate; take another algorithm",
+                settings=["algorithm"],
             )
 
     def advance(self, time: float, step: float) -> None:
@@ -87,25 +86,26 @@ class _Bisection(Coupler):
                 return
         raise CouplingError(
             f"more than {self._method.most_events} events from t = {time:.6g} s by {step:.6g} s: "
-            "is something chattering? Raise coupling.most_events, or take another algorithm"
+            "is something chattering? Raise most_events, or take another algorithm",
+            settings=["most_events"],
         )
 
     def _advance_to_event(self, time: float, done: float, step: float) -> float:
         """Go on from `done` to just behind the next event, or to the end; say where that is, s."""
-        start, memory = Rollback(self._participants), self._inner.memory()
+        start, state = Rollback(self._participants), self._inner.get_state()
         before = self._modes(time + done)
         low, high = done, step
 
         def go_to(moment: float) -> None:
-            start.restore()
-            self._inner.recall(memory)
+            start.set_states()
+            self._inner.set_state(state)
             if moment > done:
                 self._inner.advance(time + done, moment - done)
 
         go_to(step)
         unseen = self._read() == before
         if self._modes(time + step) == before:
-            start.release()
+            start.free_states()
             return step
         while high - low > self._method.tolerance:
             middle = (low + high) / 2
@@ -124,31 +124,31 @@ class _Bisection(Coupler):
             # So far it was looked ahead to. Once it shows, those who see it late see it now.
             low, high = high, min(high + self._method.tolerance, step)
             self._inner.advance(time + low, high - low)
-        start.release()
+        start.free_states()
         self._inner.restart()
         return high
 
     def _modes(self, time: float) -> Modes:
         """Modes at this moment: what a short step from here shows, which is then taken back."""
-        start = Rollback([one for one, _ in self._deciding])
-        for one, _ in self._deciding:
-            one.write(self._wiring.inputs_of(one))
-            one.step(time, self._method.tolerance)
-        seen = self._read()
-        start.restore()
-        start.release()
-        return seen
+        start = Rollback([participant for participant, _ in self._deciding])
+        for participant, _ in self._deciding:
+            participant.write(self._wiring.inputs_of(participant))
+            participant.step(time, self._method.tolerance)
+        modes = self._read()
+        start.set_states()
+        start.free_states()
+        return modes
 
     def _read(self) -> Modes:
-        return {one.name: [one.read()[name] for name in names] for one, names in self._deciding}
+        return {p.name: [p.read()[name] for name in names] for p, names in self._deciding}
 
-    def memory(self) -> Any:
+    def get_state(self) -> Any:
         """What the method remembers."""
-        return self._inner.memory()
+        return self._inner.get_state()
 
-    def recall(self, memory: Any) -> None:
-        """Go back to what `memory` returned."""
-        self._inner.recall(memory)
+    def set_state(self, state: Any) -> None:
+        """Go back to what `get_state` gave."""
+        self._inner.set_state(state)
 
     def restart(self) -> None:
         """Forget what came before a jump."""
@@ -159,5 +159,5 @@ def _mode_ports(participant: Participant) -> list[str]:
     return [
         port.name
         for port in participant.ports.values()
-        if port.causality is Causality.OUTPUT and port.change is Change.MODE
+        if port.causality is Causality.OUTPUT and port.variability is Variability.MODE
     ]

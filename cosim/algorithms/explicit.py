@@ -4,18 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
-from cosim.algorithms.algorithm import Coupler
+from cosim.algorithms.algorithm import Algorithm, Coupler
 from cosim.algorithms.rollback import Rollback, can_roll_back
 from cosim.algorithms.signals import DEGREES, Extrapolation, Outputs, Signals
 from cosim.connection import Wiring
 from cosim.participant import Participant
-from softbody_core.ground.parameters import Parameters
 
 
 @dataclass(frozen=True)
-class Explicit(Parameters):
+class Explicit(Algorithm):
     """Gauss-Seidel or Jacobi.
 
     Parameters
@@ -23,9 +22,6 @@ class Explicit(Parameters):
     extrapolation : str
         How continuous outputs go on over a step: "constant", "linear" or "quadratic".
     """
-
-    in_turn: ClassVar[bool]
-    """Whether each sees the end of those before it."""
 
     extrapolation: Extrapolation = "constant"
 
@@ -106,9 +102,9 @@ class Extrapolating(Coupler):
         if self._signals.short_of_points and can_roll_back(self._participants):
             start = Rollback(self._participants)
             self._sweep(time, guessed)
-            guessed = {one.name: dict(one.read()) for one in self._participants}
-            start.restore()
-            start.release()
+            guessed = {p.name: dict(p.read()) for p in self._participants}
+            start.set_states()
+            start.free_states()
         self._sweep(time, guessed)
 
     def _sweep(self, time: float, guessed: Outputs) -> None:
@@ -119,13 +115,13 @@ class Extrapolating(Coupler):
             if self._in_turn:
                 ends[participant.name] = participant.read()
 
-    def memory(self) -> Any:
+    def get_state(self) -> Any:
         """Outputs at the last points."""
-        return self._signals.memory()
+        return self._signals.get_state()
 
-    def recall(self, memory: Any) -> None:
-        """Go back to what `memory` returned."""
-        self._signals.recall(memory)
+    def set_state(self, state: Any) -> None:
+        """Go back to what `get_state` gave."""
+        self._signals.set_state(state)
 
     def restart(self) -> None:
         """Forget what came before a jump."""

@@ -20,4 +20,4 @@ class GaussSeidel(Explicit):
         How continuous outputs go on over a step: "constant", "linear" or "quadratic".
     """
 
-    in_turn: ClassVar[bool] = True
+    name: ClassVar[str] = "gauss-seidel"

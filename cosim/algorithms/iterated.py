@@ -4,23 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
-from cosim.algorithms.algorithm import Coupler
-from cosim.algorithms.relaxation import Floats, Relaxation, relaxing
-from cosim.algorithms.rollback import Rollback, require_rollback
+from cosim.algorithms.algorithm import Algorithm, Coupler
+from cosim.algorithms.relaxation import Relaxation, relaxing
+from cosim.algorithms.rollback import Rollback
 from cosim.algorithms.scale import Scale
 from cosim.algorithms.signals import DEGREES, Extrapolation, Outputs, Signals
 from cosim.connection import Wiring, is_sampled
 from cosim.errors import CouplingError
 from cosim.participant import Participant
-from softbody_core.ground.parameters import Parameters, Quantity
+from softbody_core.ground.arrays import Floats
+from softbody_core.ground.parameters import Quantity
 
 
 @dataclass(frozen=True)
-class Iterated(Parameters):
+class Iterated(Algorithm):
     """Each step is repeated until what everyone assumed of the others is what they gave.
 
     Participants go in turn, so only connections that point back are iterated. A sampled participant
@@ -40,6 +41,9 @@ class Iterated(Parameters):
         How continuous outputs run over a step to the end that is iterated: "constant" (at their
         end), "linear" or "quadratic".
     """
+
+    name: ClassVar[str] = "iterated"
+    goes_back: ClassVar[bool] = True  # where something is left to iterate
 
     tolerance: Annotated[float, Quantity("1", above=0)] = 1e-8
     max_iterations: Annotated[int, Quantity("1", at_least=2)] = 25
@@ -67,7 +71,7 @@ class _Iteration(Coupler):
         ports = {participant.name: participant.ports for participant in participants}
         self._scale = Scale([ports[name][output] for name, output in self._unknowns])
         if self._unknowns:
-            require_rollback(participants, "iterated")
+            method.check(participants)
 
     def advance(self, time: float, step: float) -> None:
         """Carry everyone over a communication step."""
@@ -80,30 +84,31 @@ class _Iteration(Coupler):
         relaxation = relaxing(self._method.relaxation)
         for _ in range(self._method.max_iterations):
             self._sweep(time, self._outputs(guess))
-            found = self._vector({one.name: one.read() for one in self._participants})
+            ends = self._vector({p.name: p.read() for p in self._participants})
             if sizes is None:  # the same in all passes, or the relaxation would be misled
-                sizes = self._scale.seen(found)
-            change = (found - guess) / sizes
+                sizes = self._scale.update(ends)
+            change = (ends - guess) / sizes
             if np.abs(change).max() <= self._method.tolerance:
-                start.release()
+                start.free_states()
                 return
             guess = sizes * relaxation.next(guess / sizes, change)
-            start.restore()
-        start.release()
+            start.set_states()
+        start.free_states()
         worst = int(np.abs(change).argmax())
         raise CouplingError(
             f"the iteration from t = {time:.6g} s by {step:.6g} s did not converge: after "
             f"{self._method.max_iterations} passes {'.'.join(self._unknowns[worst])} still changes "
             f"by {abs(change[worst]):.2g} of its size; the tolerance is "
-            f"{self._method.tolerance:.2g}. Try a shorter coupling.step, more "
-            'coupling.max_iterations, or relaxation = "quasi-newton"'
+            f"{self._method.tolerance:.2g}. Try a shorter communication step, more "
+            'max_iterations, or relaxation = "quasi-newton"',
+            settings=["communication step", "max_iterations"],
         )
 
     def _sweep(self, time: float, ends: Outputs) -> None:
         known = dict(ends)
         for participant in self._participants:
-            seen = {} if is_sampled(participant) else known
-            self._signals.move(participant, self._signals.held(participant, seen), time)
+            needed = {} if is_sampled(participant) else known
+            self._signals.move(participant, self._signals.held(participant, needed), time)
             known[participant.name] = participant.read()
 
     def _vector(self, outputs: Outputs) -> Floats:
@@ -115,15 +120,15 @@ class _Iteration(Coupler):
             ends.setdefault(name, {})[output] = value
         return ends
 
-    def memory(self) -> Any:
+    def get_state(self) -> Any:
         """Outputs at the last points, and how large they were."""
-        return [self._signals.memory(), self._scale.memory()]
+        return [self._signals.get_state(), self._scale.get_state()]
 
-    def recall(self, memory: Any) -> None:
-        """Go back to what `memory` returned."""
-        signals, scale = memory
-        self._signals.recall(signals)
-        self._scale.recall(scale)
+    def set_state(self, state: Any) -> None:
+        """Go back to what `get_state` gave."""
+        signals, scale = state
+        self._signals.set_state(signals)
+        self._scale.set_state(scale)
 
     def restart(self) -> None:
         """Forget what came before a jump."""

@@ -4,12 +4,8 @@ from __future__ import annotations
 
 from typing import Final, Literal, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
-from softbody_core.integrators.anderson import Anderson
-
-Floats = NDArray[np.float64]
+from softbody_core.ground.anderson import Anderson
+from softbody_core.ground.arrays import Floats
 
 Relaxation = Literal["none", "aitken", "quasi-newton"]
 

@@ -4,54 +4,34 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from cosim.errors import CouplingError
 from cosim.participant import Participant
 
 
 class Rollback:
-    """State of participants now, to go back to as often as need be.
+    """States of participants now, to go back to as often as need be.
 
-    After an error in a participant it is let go of as it is: FMI then allows no further call.
+    After an error in a participant its state is left as it is: FMI then allows no further call.
 
     Parameters
     ----------
     participants : sequence of Participant
-        Each of which can save.
+        Each of which can get and set its state.
     """
 
     def __init__(self, participants: Sequence[Participant]) -> None:
-        self._saved = [(participant, participant.save()) for participant in participants]
+        self._states = [(participant, participant.get_state()) for participant in participants]
 
-    def restore(self) -> None:
+    def set_states(self) -> None:
         """Put everyone back."""
-        for participant, saved in self._saved:
-            participant.restore(saved)
+        for participant, state in self._states:
+            participant.set_state(state)
 
-    def release(self) -> None:
-        """Let everyone forget the state."""
-        for participant, saved in self._saved:
-            participant.release(saved)
+    def free_states(self) -> None:
+        """Let everyone forget its state."""
+        for participant, state in self._states:
+            participant.free_state(state)
 
 
 def can_roll_back(participants: Sequence[Participant]) -> bool:
     """Whether all of them can."""
-    return all(participant.can_save for participant in participants)
-
-
-def require_rollback(participants: Sequence[Participant], algorithm: str) -> None:
-    """Raise `CouplingError` unless all participants can be put back.
-
-    Parameters
-    ----------
-    participants : sequence of Participant
-        Those that have to.
-    algorithm : str
-        Who asks, for the message.
-    """
-    fixed = [participant.name for participant in participants if not participant.can_save]
-    if fixed:
-        raise CouplingError(
-            f"coupling.algorithm {algorithm} goes back to the start of a step, and "
-            f"{', '.join(fixed)} cannot save and restore its state (an FMU says so by "
-            "canGetAndSetFMUstate). Take gauss-seidel or jacobi, or another controller"
-        )
+    return all(participant.can_get_and_set_state for participant in participants)

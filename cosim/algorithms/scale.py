@@ -6,11 +6,9 @@ from collections.abc import Hashable, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cosim.participant import Port
-
-Floats = NDArray[np.float64]
+from softbody_core.ground.arrays import Floats
 
 
 class Scale:
@@ -35,7 +33,7 @@ class Scale:
         self._factors = np.array([1.0 if port.unit is None else port.unit.factor for port in ports])
         self._largest = np.zeros(len(known))
 
-    def seen(self, values: Floats) -> Floats:
+    def update(self, values: Floats) -> Floats:
         """Take note of values, and return what size counts for each, in its own unit.
 
         It is 1 where all were 0.
@@ -44,10 +42,10 @@ class Scale:
         largest = self._largest[self._kinds] / self._factors
         return np.where(largest > 0, largest, 1.0)
 
-    def memory(self) -> Any:
+    def get_state(self) -> Any:
         """Sizes so far, as a list."""
         return self._largest.tolist()
 
-    def recall(self, memory: Any) -> None:
-        """Go back to what `memory` returned."""
-        self._largest = np.array(memory, float)
+    def set_state(self, state: Any) -> None:
+        """Go back to what `get_state` gave."""
+        self._largest = np.array(state, float)

@@ -16,7 +16,7 @@ from typing import Any, Final, Literal
 
 import numpy as np
 
-from cosim.algorithms.division import require_variable_steps
+from cosim.algorithms.algorithm import require_variable_steps
 from cosim.connection import Term, Wiring
 from cosim.participant import Participant
 
@@ -53,11 +53,12 @@ class Signals:
         self._wiring = wiring
         self._degree = DEGREES[extrapolation]
         self._any_continuous = any(
-            term.continuous for one in participants for term in wiring.terms_of(one)
+            term.continuous for p in participants for term in wiring.terms_of(p)
         )
         require_variable_steps(
-            (one for one in participants if self._is_halved(one)),
-            f'coupling.extrapolation "{extrapolation}"',
+            (p for p in participants if self._is_halved(p)),
+            "extrapolation",
+            f'"{extrapolation}"',
             '"constant" or "linear"',
         )
         self._step = 0.0
@@ -65,9 +66,9 @@ class Signals:
 
     def begin(self, step: float) -> None:
         """Look at all outputs, at the start of a step of this length, s."""
-        seen = {participant.name: dict(participant.read()) for participant in self._participants}
+        outputs = {p.name: dict(p.read()) for p in self._participants}
         older = self._points[max(0, len(self._points) - self._degree) :]
-        self._points = [*older, (self._step, seen)]
+        self._points = [*older, (self._step, outputs)]
         self._step = step
 
     @property
@@ -123,23 +124,23 @@ class Signals:
         if end is not None:
             places, values = [1.0], [end]
         place = 0.0
-        for length, seen in reversed(self._points):
+        for length, outputs in reversed(self._points):
             if len(places) > self._degree:
                 break
             places.append(place)
-            values.append(seen[name][output])
+            values.append(outputs[name][output])
             place -= length / self._step
         weights = held_weights(tuple(places), parts)[part]
         return sum(weight * value for weight, value in zip(weights, values, strict=True))
 
-    def memory(self) -> Any:
+    def get_state(self) -> Any:
         """Points and the length of the last step, as plain lists and dicts."""
-        return [self._step, [[length, seen] for length, seen in self._points]]
+        return [self._step, [[length, outputs] for length, outputs in self._points]]
 
-    def recall(self, memory: Any) -> None:
-        """Go back to what `memory` returned."""
-        self._step, points = memory
-        self._points = [(length, seen) for length, seen in points]
+    def set_state(self, state: Any) -> None:
+        """Go back to what `get_state` gave."""
+        self._step, points = state
+        self._points = [(length, outputs) for length, outputs in points]
 
     def forget(self) -> None:
         """Forget all points: what comes next does not continue them."""

@@ -1,7 +1,8 @@
 """Controllers: the sources that ship beside this file, built into FMUs on first use.
 
-A new controller is one file here and one line in `CONTROLLERS`. Each file stands alone: a module
-that two FMUs shared would be found by its name, and so be taken from the one that was loaded first.
+A new controller is one file here and one line in `CONTROLLERS`. What they share is in `frame.py`,
+whose text is built into each FMU: a module that two FMUs shared would be found by its name, and so
+be taken from the one that was loaded first.
 """
 
 from __future__ import annotations

@@ -26,6 +26,7 @@ from pythonfmu import FmuBuilder
 
 from cosim import units as unit_module
 from cosim.controllers import completion
+from cosim.controllers.standalone import standalone
 from cosim.errors import ControllerError
 from cosim.fmu.imports import imports_undone
 from cosim.fmu.python_slave import slave_class
@@ -63,6 +64,9 @@ def build(
 ) -> Path:
     """Build a co-simulation FMU from a pythonfmu script.
 
+    A script that imports from `cosim.controllers.frame` gets the text of that file in the place of
+    the import; any other is packed as it is.
+
     The class in the script may carry more attributes: ``units`` (variable → unit), ``bounds``
     (variable → (min, max)), ``complete_state`` (True if all its state is in registered variables,
     or it saves the rest itself, so that the FMU may promise to save and restore it) and
@@ -97,7 +101,7 @@ def build(
     stem = f"{source.stem}_{content[:16]}"
     with tempfile.TemporaryDirectory(prefix="softbody-build-") as name:
         script = Path(name) / f"{stem}.py"
-        shutil.copyfile(source, script)
+        script.write_bytes(standalone(source))
         beside = [Path(shutil.copy(path, name)) for path in resources]
         with imports_undone(Path(name)):
             sys.path.insert(0, name)
@@ -130,8 +134,9 @@ def content_hash(
     standard = standard if standard is not None else FMI2
     digest = hashlib.sha256()
     writers = (build, completion, standard.complete, unit_module)
-    makers = (source, *resources, *(Path(inspect.getfile(writer)) for writer in writers))
-    for part in (*(path.read_bytes() for path in makers), standard.version.encode()):
+    makers = (*resources, *(Path(inspect.getfile(writer)) for writer in writers))
+    files = (path.read_bytes() for path in makers)
+    for part in (standalone(source), *files, standard.version.encode()):
         digest.update(hashlib.sha256(part).digest())
     return digest.hexdigest()
 

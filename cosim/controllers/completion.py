@@ -113,7 +113,7 @@ def base_unit(definition: Unit) -> dict[str, str]:
 
 def child(root: ET.Element, tag: str) -> ET.Element:
     """Part of a model description that has to be there."""
-    found = root.find(tag)
-    if found is None:
+    part = root.find(tag)
+    if part is None:
         raise ControllerError(f"the built FMU has no {tag}; is pythonfmu as expected?")
-    return found
+    return part

@@ -13,70 +13,35 @@ acts at the start of each frame.
 from __future__ import annotations
 
 import math
-from typing import ClassVar, Final
 
-from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Integer, Real
-from pythonfmu.default_experiment import DefaultExperiment
-
-INHALING, EXHALING = 1, 0
-OUTPUT, PARAMETER = Fmi2Causality.output, Fmi2Causality.parameter
-
-VARIABLES: Final = {
-    "delta_p": (OUTPUT, 0.0, "cmH2O", "pressure difference across the wall"),
-    "respiratory_pressure": (OUTPUT, 0.0, "cmH2O", "muscle pressure, the same as delta_p"),
-    "phase": (OUTPUT, INHALING, None, "1 while the muscles contract, 0 while they relax"),
-    "effort": (PARAMETER, 10.0, "cmH2O", "largest muscle pressure, P_max"),
-    "rate": (PARAMETER, 15.0, "1/min", "breaths a minute"),
-    "inspiratory_time": (PARAMETER, 1.6, "s", "time in which the muscles contract, Ti"),
-    "release_time": (PARAMETER, 0.5, "s", "time constant with which they relax, τ"),
-    "frame": (PARAMETER, 1 / 30, "s", "time between two actions"),
-}
-"""Causality, start, unit and description."""
+from cosim.controllers.frame import EXHALING, INHALING, Controller, Frame, output, parameter
 
 
-class MuscleEffort(Fmi2Slave):
+class MuscleEffort(Controller):
     """Spontaneous breathing."""
 
     description = "Spontaneous breathing: muscle pressure with an exponential release"
-    license = "MIT"
-    default_experiment = DefaultExperiment(start_time=0.0, stop_time=20.0, step_size=1 / 30)
-    complete_state = True
-    units: ClassVar = {name: unit for name, (_, _, unit, _) in VARIABLES.items() if unit}
-    bounds: ClassVar = {
-        "effort": (0.0, None),
-        **dict.fromkeys(["rate", "inspiratory_time", "release_time", "frame"], (1e-6, None)),
-    }
 
-    def __init__(self, **kwargs: object) -> None:
-        super().__init__(**kwargs)
-        for name, (causality, start, _, said) in VARIABLES.items():
-            setattr(self, name, start)
-            kind = Integer if isinstance(start, int) else Real
-            fixed = causality is PARAMETER
-            variability = Fmi2Variability.fixed if fixed else Fmi2Variability.discrete
-            self.register_variable(
-                kind(name, causality=causality, variability=variability, description=said)
-            )
+    delta_p = output(0.0, "cmH2O", "pressure difference across the wall")
+    respiratory_pressure = output(0.0, "cmH2O", "muscle pressure, the same as delta_p")
+    phase = output(INHALING, None, "1 while the muscles contract, 0 while they relax")
+    effort = parameter(10.0, "cmH2O", "largest muscle pressure, P_max", at_least=0.0)
+    rate = parameter(15.0, "1/min", "breaths a minute", at_least=1e-6)
+    inspiratory_time = parameter(1.6, "s", "time in which the muscles contract, Ti", at_least=1e-6)
+    release_time = parameter(0.5, "s", "time constant with which they relax, τ", at_least=1e-6)
+    frame = parameter(1 / 30, "s", "time between two actions", at_least=1e-6)
 
     def exit_initialization_mode(self) -> None:
-        if self.inspiratory_time > 30.0 / self.rate:
-            raise ValueError(
-                f"inspiratory_time = {self.inspiratory_time} s: expected at most half of the "
-                f"breath, {30.0 / self.rate:.4g} s"
-            )
+        half = 30.0 / self.rate
+        self.require(
+            self.inspiratory_time <= half,
+            "inspiratory_time",
+            f"at most half of the breath, {half:.4g} s",
+        )
 
-    def do_step(self, current_time: float, step_size: float) -> bool:
-        # Frames that begin in this step; the slack keeps them on the communication points that
-        # they fall on.
-        ends = (current_time, current_time + step_size)
-        for frame in range(*(math.ceil(end / self.frame - 1e-6) for end in ends)):
-            self._act((frame + 1e-6) * self.frame)
-        return True
-
-    def _act(self, time: float) -> None:
-        """Set the outputs for one frame."""
+    def act(self, frame: Frame) -> None:
         period = 60.0 / self.rate
-        into_breath, expiration = time % period, period - self.inspiratory_time
+        into_breath, expiration = frame.time % period, period - self.inspiratory_time
         if into_breath < self.inspiratory_time:
             self.phase = INHALING
             share = into_breath * (period - into_breath) / (self.inspiratory_time * expiration)

@@ -1,168 +1,98 @@
 """The respiratory pressure-volume controller of Mesit & Guha (2011), section 5.
 
-A sampled controller: it acts at the start of each frame, `frames` times a breath, and holds its
-outputs in between. While inhaling, the respiratory pressure P rises by ΔP a frame, and gas is let
-in as the volume falls short of the sigmoid f(P) = a + b / (1 + exp(−(P − c)/d)); while exhaling, P
-falls by ΔP a frame and the gas is let out.
+A breath is a number of frames, and the controller acts at the start of each:
+
+    inhaling    P ← P + ΔP,   N by how far the volume falls short of f(P)
+    exhaling    P ← P − ΔP,   N = n_deflation: the gas is let out
+
+    f(P) = a + b / (1 + e^(−(P − c)/d)),   c_inflation and c_deflation in place of c
 """
 
 from __future__ import annotations
 
 import math
-from typing import ClassVar
 
-from pythonfmu import Boolean, Fmi2Causality, Fmi2Slave, Fmi2Variability, Integer, Real, String
-from pythonfmu.default_experiment import DefaultExperiment
-from pythonfmu.variables import ScalarVariable
+from cosim.controllers.frame import (
+    EXHALING,
+    INHALING,
+    Controller,
+    Frame,
+    input_,
+    local,
+    output,
+    parameter,
+)
 
-INHALING, EXHALING = 1, 0
 
-
-class PaperController(Fmi2Slave):
+class PaperController(Controller):
     """Sigmoid P-V controller of Mesit & Guha (2011)."""
 
     description = "Sigmoid pressure-volume controller of Mesit & Guha (2011), section 5"
-    license = "MIT"
-    default_experiment = DefaultExperiment(start_time=0.0, stop_time=20.0, step_size=1 / 30)
-    complete_state = True
-    units: ClassVar[dict[str, str]] = {
-        **dict.fromkeys(["volume", "bounding_box_volume", "target_volume"], "L"),
-        **dict.fromkeys(["rest_volume", "vital_capacity", "band"], "L"),
-        **dict.fromkeys(["delta_p", "respiratory_pressure", "pressure_range"], "cmH2O"),
-        **dict.fromkeys(["c_inflation", "c_deflation", "d"], "cmH2O"),
-        **dict.fromkeys(["n", "n_inflation", "n_deflation"], "1"),
-        "period": "s",
-    }
-    bounds: ClassVar[dict[str, tuple[float | None, float | None]]] = {
-        **dict.fromkeys(["rest_volume", "n_inflation", "n_deflation"], (0.0, None)),
-        **dict.fromkeys(["vital_capacity", "d", "band", "period"], (1e-6, None)),
-        "frames": (2, None),
-    }
 
-    def __init__(self, **kwargs: object) -> None:
-        super().__init__(**kwargs)
-        self.volume = 0.0
-        self.bounding_box_volume = 0.0
-        self.delta_p = 0.0
-        self.n = 0.0
-        self.respiratory_pressure = 0.0
-        self.target_volume = 0.0
-        self.phase = INHALING
-        self.next_frame = 0
-        self.rest_volume = 2.5
-        self.vital_capacity = 3.5
-        self.c_inflation = 20.0
-        self.c_deflation = 10.0
-        self.d = 5.0
-        self.n_inflation = 70_000.0
-        self.n_deflation = 100.0
-        self.pressure_range = 40.0
-        self.band = 0.5
-        self.period = 4.0
-        self.frames = 120
-        self.law = "limit"
-        self.literal_swing = False
-        self.follow_bounding_box = False
-        self._register(
-            Real,
-            {
-                "volume": "enclosed volume of the lung",
-                "bounding_box_volume": "volume of the lung's bounding box",
-            },
-            causality=Fmi2Causality.input,
-        )
-        discrete = Fmi2Variability.discrete
-        output, local = Fmi2Causality.output, Fmi2Causality.local
-        self._register(
-            Real,
-            {
-                "delta_p": "pressure difference across the wall: +ΔP inhaling, −ΔP exhaling",
-                "n": "number proportional to the molecules inside",
-                "respiratory_pressure": "P of the sigmoid",
-                "target_volume": "f(P), the volume that the controller aims at",
-            },
-            causality=output,
-            variability=discrete,
-        )
-        self._register(
-            Integer, {"phase": "1 inhaling, 0 exhaling"}, causality=output, variability=discrete
-        )
-        self._register(
-            Integer, {"next_frame": "frames done"}, causality=local, variability=discrete
-        )
-        fixed = {"causality": Fmi2Causality.parameter, "variability": Fmi2Variability.fixed}
-        self._register(
-            Real,
-            {
-                "rest_volume": "volume at P = 0 on inflation, from which a follows",
-                "vital_capacity": "b of the sigmoid",
-                "c_inflation": "c of the sigmoid while inhaling",
-                "c_deflation": "c of the sigmoid while exhaling",
-                "d": "d of the sigmoid",
-                "n_inflation": "largest N while inhaling",
-                "n_deflation": "smallest N, and N while exhaling",
-                "pressure_range": "swing of P in one phase",
-                "band": "shortfall of volume at which N is largest",
-                "period": "length of one breath",
-            },
-            **fixed,
-        )
-        self._register(Integer, {"frames": "frames in one breath"}, **fixed)
-        self._register(String, {"law": "limit, thermostat (limit in both phases) or open"}, **fixed)
-        self._register(
-            Boolean,
-            {
-                "literal_swing": "ΔP = range/frames as printed: half the swing",
-                "follow_bounding_box": "compare f(P) with the box's volume",
-            },
-            **fixed,
-        )
+    volume = input_(0.0, "L", "enclosed volume of the lung")
+    bounding_box_volume = input_(0.0, "L", "volume of the lung's bounding box")
+    delta_p = output(
+        0.0, "cmH2O", "pressure difference across the wall: +ΔP inhaling, −ΔP exhaling"
+    )
+    n = output(0.0, "1", "number proportional to the molecules inside")
+    respiratory_pressure = output(0.0, "cmH2O", "P of the sigmoid")
+    target_volume = output(0.0, "L", "f(P), the volume that the controller aims at")
+    phase = output(INHALING, None, "1 inhaling, 0 exhaling")
+    next_frame = local(0, None, "frames done")
+    rest_volume = parameter(
+        2.5, "L", "volume at P = 0 on inflation, from which a follows", at_least=0.0
+    )
+    vital_capacity = parameter(3.5, "L", "b of the sigmoid", at_least=1e-6)
+    c_inflation = parameter(20.0, "cmH2O", "c of the sigmoid while inhaling")
+    c_deflation = parameter(10.0, "cmH2O", "c of the sigmoid while exhaling")
+    d = parameter(5.0, "cmH2O", "d of the sigmoid", at_least=1e-6)
+    n_inflation = parameter(70_000.0, "1", "largest N while inhaling", at_least=0.0)
+    n_deflation = parameter(100.0, "1", "smallest N, and N while exhaling", at_least=0.0)
+    pressure_range = parameter(40.0, "cmH2O", "swing of P in one phase")
+    band = parameter(0.5, "L", "shortfall of volume at which N is largest", at_least=1e-6)
+    period = parameter(4.0, "s", "length of one breath", at_least=1e-6)
+    frames = parameter(120, None, "frames in one breath", at_least=2)
+    law = parameter("limit", None, "limit, thermostat (limit in both phases) or open")
+    literal_swing = parameter(False, None, "ΔP = range/frames as printed: half the swing")
+    follow_bounding_box = parameter(False, None, "compare f(P) with the box's volume")
 
-    def _register(
-        self, kind: type[ScalarVariable], said: dict[str, str], **attributes: object
-    ) -> None:
-        for name, description in said.items():
-            self.register_variable(kind(name, description=description, **attributes))
+    @property
+    def frame_length(self) -> float:
+        return self.period / self.frames
 
     def exit_initialization_mode(self) -> None:
-        if self.law not in ("limit", "thermostat", "open"):
-            raise ValueError(f"law = {self.law!r}: expected 'limit', 'thermostat' or 'open'")
-        if self.frames % 2:
-            raise ValueError(f"frames = {self.frames}: expected an even number")
-        self.target_volume = self._sigmoid(0.0, self.c_inflation)
+        self.require(
+            self.law in ("limit", "thermostat", "open"), "law", "'limit', 'thermostat' or 'open'"
+        )
+        self.require(self.frames % 2 == 0, "frames", "an even number")
+        self.target_volume = self._f(0.0, self.c_inflation)
 
-    def do_step(self, current_time: float, step_size: float) -> bool:
-        # A billionth of a frame of slack: frames that fall on communication points stay on them.
-        frame = self.period / self.frames
-        while self.next_frame * frame < current_time + step_size - 1e-9 * frame:
-            self._act(self.next_frame)
-            self.next_frame += 1
-        return True
-
-    def _act(self, frame: int) -> None:
-        """Set the outputs for one frame."""
-        into_breath = frame % self.frames
+    def act(self, frame: Frame) -> None:
+        into_breath = frame.number % self.frames
         inhaling = into_breath < self.frames // 2
-        swing = self.pressure_range / (self.frames if self.literal_swing else self.frames / 2)
-        frames_from_zero = into_breath + 1 if inhaling else self.frames - into_breath - 1
-        self.respiratory_pressure = min(swing * frames_from_zero, self.pressure_range)
-        centre = self.c_inflation if inhaling else self.c_deflation
-        self.target_volume = self._sigmoid(self.respiratory_pressure, centre)
-        self.delta_p = swing if inhaling else -swing
-        self.phase = INHALING if inhaling else EXHALING
-        self.n = self._molecules(inhaling)
+        steps = into_breath + 1 if inhaling else self.frames - into_breath - 1
+        delta_p = self.pressure_range / (self.frames if self.literal_swing else self.frames / 2)
+        p = min(delta_p * steps, self.pressure_range)
+        c = self.c_inflation if inhaling else self.c_deflation
 
-    def _molecules(self, inhaling: bool) -> float:
+        self.phase = INHALING if inhaling else EXHALING
+        self.respiratory_pressure, self.target_volume = p, self._f(p, c)
+        self.delta_p = delta_p if inhaling else -delta_p
+        self.n = self._n(inhaling)
+        self.next_frame = frame.number + 1
+
+    def _f(self, p: float, c: float) -> float:
+        """Volume that belongs to a pressure: the sigmoid."""
+        b, d = self.vital_capacity, self.d
+        a = self.rest_volume - b / (1 + math.exp(self.c_inflation / d))
+        return a + b / (1 + math.exp(-(p - c) / d))
+
+    def _n(self, inhaling: bool) -> float:
+        """Number of molecules: from none let in, to all at a shortfall of `band` or more."""
         if self.law == "open":
             return self.n_inflation if inhaling else self.n_deflation
         if self.law == "limit" and not inhaling:
             return self.n_deflation
         volume = self.bounding_box_volume if self.follow_bounding_box else self.volume
-        opening = min(max((self.target_volume - volume) / self.band, 0.0), 1.0)
-        return self.n_deflation + (self.n_inflation - self.n_deflation) * opening
-
-    def _sigmoid(self, pressure: float, centre: float) -> float:
-        asymptote = self.rest_volume - self.vital_capacity / (
-            1 + math.exp(self.c_inflation / self.d)
-        )
-        return asymptote + self.vital_capacity / (1 + math.exp(-(pressure - centre) / self.d))
+        shortfall = min(max((self.target_volume - volume) / self.band, 0.0), 1.0)
+        return self.n_deflation + (self.n_inflation - self.n_deflation) * shortfall

@@ -12,7 +12,7 @@ from cosim.controllers import build
 from cosim.errors import ControllerError
 from cosim.fmu.parameters import Value
 
-_CLASS: Final = re.compile(r"^class (\w+)\(Fmi2Slave\):", re.MULTILINE)
+_CLASS: Final = re.compile(r"^class (\w+)\((?:Fmi2Slave|Controller)\):", re.MULTILINE)
 
 _CONFIGURED: Final = '''
 
@@ -32,7 +32,7 @@ def build_configured(source: Path, starts: Mapping[str, Value], destination: Pat
     Parameters
     ----------
     source : Path
-        Its Python file, with one class that derives from ``Fmi2Slave`` itself.
+        Its Python file, with one class that derives from ``Controller`` or ``Fmi2Slave`` itself.
     starts : mapping
         Values by name, in the units of the source.
     destination : Path
@@ -46,7 +46,9 @@ def build_configured(source: Path, starts: Mapping[str, Value], destination: Pat
     text = source.read_text(encoding="utf-8")
     names = _CLASS.findall(text)
     if len(names) != 1:
-        raise ControllerError(f"controller source {source}: expected one class of Fmi2Slave")
+        raise ControllerError(
+            f"controller source {source}: expected one class of Controller or Fmi2Slave"
+        )
     with tempfile.TemporaryDirectory(prefix="softbody-export-") as folder:
         script = Path(folder) / source.name
         script.write_text(

@@ -120,20 +120,20 @@ class Hosted:
             return output, None
         return held, take_input if variable.causality == "input" else take_parameter
 
-    def save(self) -> State:
+    def get_state(self) -> State:
         """All that decides what comes next."""
-        saved = None if self._participant is None else self._participant.save()
-        return dict(self._values), self._begun, dict(self._late), saved
+        inside = None if self._participant is None else self._participant.get_state()
+        return dict(self._values), self._begun, dict(self._late), inside
 
-    def restore(self, state: State) -> None:
-        """Go back to what `save` gave, here or in a twin."""
-        values, begun, late, saved = state
+    def set_state(self, state: State) -> None:
+        """Go back to what `get_state` gave, here or in a twin."""
+        values, begun, late, inside = state
         parameters = [v.name for v in self._interface.variables if v.causality == "parameter"]
-        if saved is None or any(values[name] != self._values[name] for name in parameters):
+        if inside is None or any(values[name] != self._values[name] for name in parameters):
             self._participant = None
         self._values, self._begun, self._late = dict(values), begun, dict(late)
-        if saved is not None:
-            self._opened().restore(saved)
+        if inside is not None:
+            self._opened().set_state(inside)
 
     def close(self) -> None:
         """End the participant."""

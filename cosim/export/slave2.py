@@ -12,7 +12,7 @@ from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Integer, Real
 from pythonfmu.default_experiment import DefaultExperiment
 from pythonfmu.enums import Fmi2Status
 
-from cosim.body_bytes import from_bytes, to_bytes
+from cosim.body_bytes import deserialize, serialize
 from cosim.export.hosted import Hosted, State
 from cosim.export.interface import Interface, Number, Variable
 from cosim.participant import Participant
@@ -102,10 +102,10 @@ class ParticipantSlave(Fmi2Slave):  # type: ignore[misc]
         self.register_variable(entry, nested=False)
 
     def _get_fmu_state(self) -> State:
-        return self._hosted.save()
+        return self._hosted.get_state()
 
     def _set_fmu_state(self, state: State) -> None:
-        self._hosted.restore(state)
+        self._hosted.set_state(state)
 
-    _fmu_state_to_bytes = staticmethod(to_bytes)
-    _fmu_state_from_bytes = staticmethod(from_bytes)
+    _fmu_state_to_bytes = staticmethod(serialize)
+    _fmu_state_from_bytes = staticmethod(deserialize)

@@ -19,7 +19,7 @@ from pythonfmu3 import (
     Int32,
 )
 
-from cosim.body_bytes import from_bytes, to_bytes
+from cosim.body_bytes import deserialize, serialize
 from cosim.export.hosted import Hosted, State
 from cosim.export.interface import Interface, Number, Variable
 from cosim.participant import Participant
@@ -110,11 +110,11 @@ class ParticipantSlave(Fmi3Slave):  # type: ignore[misc]
         self.register_variable(entry, nested=False)
 
     def _get_fmu_state(self) -> tuple[float, State]:
-        return self._time, self._hosted.save()
+        return self._time, self._hosted.get_state()
 
     def _set_fmu_state(self, state: tuple[float, State]) -> None:
         self._time, hosted = state
-        self._hosted.restore(hosted)
+        self._hosted.set_state(hosted)
 
-    _fmu_state_to_bytes = staticmethod(to_bytes)
-    _fmu_state_from_bytes = staticmethod(from_bytes)
+    _fmu_state_to_bytes = staticmethod(serialize)
+    _fmu_state_from_bytes = staticmethod(deserialize)

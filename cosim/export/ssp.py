@@ -95,7 +95,7 @@ def write_ssp(
         ET.SubElement(wires, f"{_SSD}Connection", names)
     root.append(_units(components))
     ET.SubElement(root, f"{_SSD}DefaultExperiment", {"startTime": "0.0", "stopTime": repr(stop)})
-    files = {f"resources/{one.name}.fmu": one.fmu.read_bytes() for one in components}
+    files = {f"resources/{c.name}.fmu": c.fmu.read_bytes() for c in components}
     write_archive(path, {"SystemStructure.ssd": xml_bytes(root), **files})
 
 

@@ -13,7 +13,7 @@ from fmpy.model_description import ModelDescription, ModelVariable
 
 from cosim.errors import FmuError
 from cosim.fmu.folder import FmuFolder
-from cosim.participant import Causality, Change, Port
+from cosim.participant import Causality, Port, Variability
 from cosim.units import SI_BASE, Unit, UnitError, unit
 
 NUMBERS: Final = frozenset(
@@ -63,17 +63,23 @@ def ports_of(path: Path, description: ModelDescription) -> dict[str, Port]:
                 f"FMU {path}: {variable.causality} {variable.name} has variability "
                 f"{variable.variability!r}; expected continuous or discrete"
             )
-        own, causality = unit_of(path, variable, units), Causality(variable.causality)
+        causality, variability = Causality(variable.causality), _variability(variable)
         for name in elements(variable):
-            change = _change(variable)
-            ports[name] = Port(name, own, causality, variable.description or "", change=change)
+            ports[name] = Port(
+                name,
+                unit_of(path, variable, units),
+                causality,
+                variable.description or "",
+                variability=variability,
+            )
     return ports
 
 
-def _change(variable: ModelVariable) -> Change:
+def _variability(variable: ModelVariable) -> Variability:
     if python_type(variable) is not float:
-        return Change.MODE
-    return Change.SAMPLED if variable.variability == "discrete" else Change.CONTINUOUS
+        return Variability.MODE
+    discrete = variable.variability == "discrete"
+    return Variability.SAMPLED if discrete else Variability.CONTINUOUS
 
 
 def elements(variable: ModelVariable) -> list[str]:
@@ -139,8 +145,8 @@ def declared_units(path: Path, description: ModelDescription) -> dict[str, Unit]
             units[symbol] = _from_base(symbol, declared[symbol])
             if known is not None and not _agree(known, units[symbol]):
                 raise FmuError(
-                    f"FMU {path}: unit {symbol!r} is declared as {_said(units[symbol])}, "
-                    f"but {symbol} is {_said(known)}; correct its BaseUnit"
+                    f"FMU {path}: unit {symbol!r} is declared as {_in_base_units(units[symbol])}, "
+                    f"but {symbol} is {_in_base_units(known)}; correct its BaseUnit"
                 )
         elif known is not None:
             units[symbol] = known
@@ -155,7 +161,7 @@ def _from_base(symbol: str, base: object) -> Unit:
     return Unit(symbol, dimension, factor, offset)
 
 
-def _said(value: Unit) -> str:
+def _in_base_units(value: Unit) -> str:
     base = [f"{name}^{power}" for name, power in sorted(value.dimension)]
     offset = f" + {value.offset:.9g}" if value.offset else ""
     return " ".join([f"{value.factor:.9g}", *base]) + offset

@@ -24,9 +24,6 @@ from cosim.fmu.run_as import choose_run_as
 from cosim.fmu.steps import fixed_step
 from cosim.participant import Port
 
-FRAME: Final = 1 / 30
-"""Communication step of the scenarios that ship, s."""
-
 _IDENTIFIER: Final = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 
 
@@ -39,30 +36,49 @@ class Finding:
     text : str
         What, and what to do about it.
     fault : bool
-        True if it keeps the FMU from driving a body; False for a note.
+        True if it keeps the FMU from being coupled; False for a note.
+    settings : tuple of str
+        As of `cosim.errors.CosimError`.
     """
 
     text: str
     fault: bool = False
+    settings: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, path: Path, error: FmuError, *, fault: bool = True) -> Finding:
+        """Make one of an error, without the FMU's path, which stands above the findings."""
+        return cls(message_of(path, error), fault, error.settings)
 
 
 @dataclass(frozen=True)
 class Subject:
-    """An FMU that is looked at: its file, the folder it is unpacked in, what it says of itself."""
+    """An FMU that is looked at.
+
+    Attributes
+    ----------
+    path, folder : Path
+        Its file, and the folder it is unpacked in.
+    description : ModelDescription
+        What it says of itself.
+    step : float
+        Communication step that it should take, s.
+    """
 
     path: Path
     folder: Path
     description: ModelDescription
+    step: float
 
     def only(self, variable: ModelVariable) -> ModelDescription:
         """Return the description with one variable, so that each is judged by itself."""
-        one = copy.copy(self.description)
-        one.modelVariables = [variable]
-        return one
+        alone = copy.copy(self.description)
+        alone.modelVariables = [variable]
+        return alone
 
 
-def told(path: Path, error: FmuError) -> str:
-    """Text of an error without the FMU's path, which stands above the findings."""
+def message_of(path: Path, error: FmuError) -> str:
+    """Text of an error without the FMU's path."""
     return str(error).removeprefix(f"FMU {path}").lstrip(": ").removeprefix(f"{path} ")
 
 
@@ -74,13 +90,17 @@ def numeric_ports(subject: Subject) -> tuple[dict[str, Port], list[Finding]]:
         if variable.causality not in ("input", "output"):
             continue
         if variable.type not in NUMBERS:
-            said = f"{variable.causality} {variable.name} is a {variable.type}, so it connects to "
-            findings.append(Finding(said + "nothing; an input keeps its start value"))
+            findings.append(
+                Finding(
+                    f"{variable.causality} {variable.name} is a {variable.type}, so it connects to "
+                    "nothing; an input keeps its start value"
+                )
+            )
             continue
         try:
             ports |= ports_of(subject.path, subject.only(variable))
         except FmuError as error:
-            findings.append(Finding(told(subject.path, error), fault=True))
+            findings.append(Finding.of(subject.path, error))
     return ports, findings
 
 
@@ -91,7 +111,7 @@ def _units(subject: Subject) -> Iterator[Finding]:
             try:
                 declared_units(subject.path, subject.only(variable))
             except FmuError as error:
-                yield Finding(told(subject.path, error), fault=True)
+                yield Finding.of(subject.path, error)
 
 
 def _base_units(subject: Subject) -> Iterator[Finding]:
@@ -157,7 +177,7 @@ def _machine(subject: Subject) -> Iterator[Finding]:
     try:
         run_as = choose_run_as(subject.path, subject.description, subject.folder, None)
     except FmuError as error:
-        yield Finding(told(subject.path, error), fault=True)
+        yield Finding.of(subject.path, error)
         return
     if run_as == "python":
         yield Finding("has no binary for this machine, so its script is run as Python")
@@ -173,17 +193,18 @@ def _capabilities(subject: Subject) -> Iterator[Finding]:
     try:
         fixed = fixed_step(subject.path, subject.description, subject.folder)
     except FmuError as error:
-        yield Finding(told(subject.path, error), fault=True)
+        yield Finding.of(subject.path, error)
         return
     try:
         if fixed is not None:
             yield Finding(
-                "cannot vary its communication step (its flag says so), so coupling.step "
-                "has to be its own step or a multiple"
+                "cannot vary its step (its flag says so), so the communication step has to be its "
+                "own step or a multiple",
+                settings=("communication step",),
             )
-            fixed.parts(FRAME)
+            fixed.parts(subject.step)
     except FmuStepError as error:
-        yield Finding(told(subject.path, error))
+        yield Finding.of(subject.path, error, fault=False)
     if not about.canGetAndSetFMUstate:
         yield Finding(
             "cannot save and restore its state (canGetAndSetFMUstate = false): no "
@@ -191,17 +212,11 @@ def _capabilities(subject: Subject) -> Iterator[Finding]:
         )
 
 
-def _conventions(subject: Subject) -> Iterator[Finding]:
+def _default_step(subject: Subject) -> Iterator[Finding]:
     experiment = subject.description.defaultExperiment
     if experiment is None or experiment.stepSize is None:
         yield Finding(
             "DefaultExperiment has no stepSize: nobody can tell which step it is made for"
-        )
-    outputs = {v.name for v in subject.description.modelVariables if v.causality == "output"}
-    if "phase" not in outputs:
-        yield Finding(
-            "no output phase (1 inhaling, 0 exhaling): breaths are told apart by the "
-            "lows of the volume"
         )
 
 
@@ -224,7 +239,7 @@ FINDERS: Final[list[Callable[[Subject], Iterator[Finding]]]] = [
     _start_values,
     _base_units,
     _capabilities,
-    _conventions,
+    _default_step,
     _python_script,
 ]
 """What is looked for, once an FMU has a description with a co-simulation."""

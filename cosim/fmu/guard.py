@@ -50,11 +50,11 @@ class Guard:
         except Exception as error:  # fmpy raises bare Exception and its own, unrelated classes
             self.worst = max(self.worst, getattr(error, "status", 0))
             raise FmuError(
-                f"FMU {self.path} could not {what.format(*args)}: {_said(error)}. {self.log}"
+                f"FMU {self.path} could not {what.format(*args)}: {_reason(error)}. {self.log}"
             ) from error
 
 
-def _said(error: Exception) -> str:
+def _reason(error: Exception) -> str:
     if isinstance(error, FMICallException) and error.status in range(len(STATUS)):
         return f"{error.function} answered with status {error.status} ({STATUS[error.status]})"
     return str(error).rstrip(".")

@@ -98,26 +98,26 @@ class IsolatedFmu(FmuParticipant):
         """Let the FMU compute one step."""
         self._call("step from t = {:.6g} s by {:.6g} s", "step", time, step)
 
-    def save(self) -> Any:
+    def get_state(self) -> Any:
         """Key of a state that the FMU keeps."""
-        return self._call("save its state", "save")
+        return self._call("save its state", "get_state")
 
-    def restore(self, saved: Any) -> None:
-        """Go back to what `save` gave."""
-        self._call("go back to a saved state", "restore", saved)
+    def set_state(self, state: Any) -> None:
+        """Go back to what `get_state` gave."""
+        self._call("go back to a saved state", "set_state", state)
 
-    def release(self, saved: Any) -> None:
+    def free_state(self, state: Any) -> None:
         """Let the FMU forget a saved state."""
-        self._call("forget a saved state", "release", saved)
+        self._call("forget a saved state", "free_state", state)
 
-    def dump(self) -> bytes:
+    def serialize(self) -> bytes:
         """State of the FMU as it is now, for a file."""
-        data: bytes = self._call("write its state down", "dump")
+        data: bytes = self._call("write its state down", "serialize")
         return data
 
-    def load(self, data: bytes) -> None:
-        """Go to what `dump` gave."""
-        self._call("read a state", "load", data)
+    def deserialize(self, data: bytes) -> None:
+        """Go to what `serialize` gave."""
+        self._call("read a state", "deserialize", data)
 
     def close(self) -> None:
         """End the FMU and its process, and remove its folder. May be called twice."""
@@ -140,15 +140,16 @@ class IsolatedFmu(FmuParticipant):
         try:
             reply = self._process.ask(Request(method, arguments, written), limit)
         except ProcessEnded as end:
-            asked = what.format(*arguments)
+            action = what.format(*arguments)
             if end.late:
                 raise FmuTimeoutError(
-                    f"FMU {self.path} was to {asked} and gave no answer within {limit:.6g} s, so "
-                    "it was stopped. It hangs, or needs longer: raise controller.time_limit. "
-                    f"{self.log}"
+                    f"FMU {self.path} was to {action} and gave no answer within {limit:.6g} s, so "
+                    "it was stopped. It hangs, or needs longer: raise time_limit. "
+                    f"{self.log}",
+                    settings=["time_limit"],
                 ) from end
             raise FmuCrashError(
-                f"FMU {self.path} crashed when it was to {asked}: its process ended with "
+                f"FMU {self.path} crashed when it was to {action}: its process ended with "
                 f"{end.reason}. The fault is in the FMU; ask who exported it. {self.log}"
             ) from end
         if reply.error is not None:

@@ -41,9 +41,9 @@ def load(
     try:
         calls = VERSIONS[version[0]](arguments, log)
     except Exception as error:  # an OSError in a plain Exception, or an AttributeError of ctypes
-        said = str(error).replace(f"{folder.path}/", "").rstrip(".")
+        reason = str(error).replace(f"{folder.path}/", "").rstrip(".")
         raise LoadingError(
-            f"{said}. Its binary has to hold every function of FMI {version} and find the "
+            f"{reason}. Its binary has to hold every function of FMI {version} and find the "
             "libraries that it uses; export it again, with its libraries linked in"
         ) from error
     try:

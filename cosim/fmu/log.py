@@ -13,7 +13,7 @@ STATUS: Final = ("ok", "warning", "discard", "error", "fatal", "pending")
 ERROR: Final = STATUS.index("error")
 FATAL: Final = STATUS.index("fatal")
 
-_KEPT: Final = 20
+_MOST: Final = 20
 
 
 class FmuLog:
@@ -32,7 +32,7 @@ class FmuLog:
     """
 
     def __init__(self) -> None:
-        self.messages: deque[str] = deque(maxlen=_KEPT)
+        self.messages: deque[str] = deque(maxlen=_MOST)
         self.warnings: list[str] = []
         self.count = 0
         self.relay: Callable[[int, bytes | None], None] | None = None
@@ -44,7 +44,7 @@ class FmuLog:
         label = STATUS[status] if 0 <= status < len(STATUS) else str(status)
         text = (message or b"").decode("utf-8", "replace").strip()
         self.note(f"[{label}] {text}")
-        if status != 0 and text not in self.warnings and len(self.warnings) < _KEPT:
+        if status != 0 and text not in self.warnings and len(self.warnings) < _MOST:
             self.warnings.append(text)
 
     def note(self, message: str) -> None:

@@ -24,9 +24,9 @@ _LOGS: Final[WeakValueDictionary[bytes, FmuLog]] = WeakValueDictionary()
 def unique_name(name: str, log: FmuLog) -> str:
     """Name of an instance that no other has; its messages go to `log`."""
     candidates = (name if i == 1 else f"{name}-{i}" for i in count(1))
-    chosen = next(candidate for candidate in candidates if candidate.encode() not in _LOGS)
-    _LOGS[chosen.encode()] = log
-    return chosen
+    unique = next(candidate for candidate in candidates if candidate.encode() not in _LOGS)
+    _LOGS[unique.encode()] = log
+    return unique
 
 
 def callbacks1() -> fmi1.fmi1CallbackFunctions:

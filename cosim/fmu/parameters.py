@@ -70,7 +70,7 @@ def checked_parameters(
         if variable.causality == "parameter"
         for index, name in enumerate(elements(variable))
     }
-    chosen = {name: Assignment(structural[name], [size]) for name, size in sizes.items()}
+    assignments = {name: Assignment(structural[name], [size]) for name, size in sizes.items()}
     for name in parameters:
         if name in sizes:
             continue
@@ -78,10 +78,10 @@ def checked_parameters(
             names = [*structural, *known]
             raise FmuError(f"FMU {path} has no parameter {name!r}; {nearest(name, names)}")
         variable, index = known[name]
-        if variable.name not in chosen:
-            chosen[variable.name] = Assignment(variable, start_values(path, variable))
-        chosen[variable.name].values[index] = value(name, variable)
-    return list(chosen.values())
+        if variable.name not in assignments:
+            assignments[variable.name] = Assignment(variable, start_values(path, variable))
+        assignments[variable.name].values[index] = value(name, variable)
+    return list(assignments.values())
 
 
 def start_values(path: Path, variable: ModelVariable) -> list[Value]:
@@ -95,21 +95,21 @@ def start_values(path: Path, variable: ModelVariable) -> list[Value]:
     kind, count = python_type(variable), len(elements(variable))
     if kind is str:
         return [""] * count
-    said = (variable.start or "0").split()
-    if len(said) not in (1, count):
+    starts = (variable.start or "0").split()
+    if len(starts) not in (1, count):
         raise FmuError(
-            f"FMU {path}: {variable.name} has {count} elements and {len(said)} start values; "
+            f"FMU {path}: {variable.name} has {count} elements and {len(starts)} start values; "
             "expected one for each"
         )
-    values = [text in ("true", "1") if kind is bool else kind(float(text)) for text in said]
-    return values * (count if len(said) == 1 else 1)
+    values = [text in ("true", "1") if kind is bool else kind(float(text)) for text in starts]
+    return values * (count if len(starts) == 1 else 1)
 
 
-def _checked(name: str, variable: ModelVariable, own: Unit | None, value: Value) -> Value:
+def _checked(name: str, variable: ModelVariable, declared: Unit | None, value: Value) -> Value:
     if python_type(variable) is str:
         return str(value)
-    if own is not None and own.symbol != "1":
-        value = _quantity(name, value, own.symbol)
+    if declared is not None and declared.symbol != "1":
+        value = _quantity(name, value, declared.symbol)
     try:
         number = _number(variable, value)
     except (TypeError, ValueError) as error:

@@ -19,7 +19,7 @@ from cosim.fmu.loading import assign, load
 from cosim.fmu.log import ERROR, FATAL, FmuLog
 from cosim.fmu.parameters import Value, checked_parameters, start_values
 from cosim.fmu.run_as import RunAs, choose_run_as
-from cosim.fmu.state import SavedFmu, from_bytes, to_bytes
+from cosim.fmu.state import FmuState, deserialize, serialize
 from cosim.fmu.steps import advance, fixed_step
 from cosim.fmu.variables import FmuVariables, by_type
 from cosim.participant import Causality, Port
@@ -91,17 +91,18 @@ class FmuParticipant:
         self._inputs: dict[tuple[str, ...], list[FmuVariables]] = {}
         self._outputs: list[FmuVariables] = []
         self._values: dict[str, float] = {}
-        self._saved = 0
+        self._states_out = 0
 
     @property
-    def can_save(self) -> bool:
+    def can_get_and_set_state(self) -> bool:
         """Whether the FMU says that its state can be saved and restored."""
         return bool(self._description.coSimulation.canGetAndSetFMUstate)
 
     @property
-    def can_dump(self) -> bool:
+    def can_serialize_state(self) -> bool:
         """Whether it says that its state can be written down, too."""
-        return self.can_save and bool(self._description.coSimulation.canSerializeFMUstate)
+        serializes = self._description.coSimulation.canSerializeFMUstate
+        return self.can_get_and_set_state and bool(serializes)
 
     @property
     def varies_step(self) -> bool:
@@ -163,53 +164,53 @@ class FmuParticipant:
         FmuError
             If it fails.
         """
-        final = not self._saved
+        final = not self._states_out
         parts = 1 if self._fixed is None else self._fixed.parts(step)
         for index in range(parts):
-            here = time + index * (step / parts)
-            advance(self._calls, self._guard, here, step / parts, final=final)
+            start = time + index * (step / parts)
+            advance(self._calls, self._guard, start, step / parts, final=final)
         self._read_outputs()
 
     def read(self) -> Mapping[str, float]:
         """Outputs after the last call, in the FMU's own units."""
         return self._values
 
-    def save(self) -> SavedFmu:
-        """State of the FMU as it is now. The FMU keeps it until it is released."""
-        if not self.can_save:
+    def get_state(self) -> FmuState:
+        """State of the FMU as it is now. The FMU keeps it until it is freed."""
+        if not self.can_get_and_set_state:
             raise FmuError(
                 f"FMU {self.path} cannot save its state (canGetAndSetFMUstate is false); couple it "
                 "without rollback"
             )
         state = self._guard.call("save its state", self._calls.fmu.getFMUState)
-        self._saved += 1
-        return SavedFmu(state, self._values)
+        self._states_out += 1
+        return FmuState(state, self._values)
 
-    def restore(self, saved: SavedFmu) -> None:
-        """Go back to what `save` gave."""
-        self._guard.call("go back to a saved state", self._calls.fmu.setFMUState, saved.state)
-        self._values = dict(saved.values)
+    def set_state(self, state: FmuState) -> None:
+        """Go back to what `get_state` gave."""
+        self._guard.call("go back to a saved state", self._calls.fmu.setFMUState, state.state)
+        self._values = dict(state.values)
 
-    def release(self, saved: SavedFmu) -> None:
+    def free_state(self, state: FmuState) -> None:
         """Let the FMU forget a saved state."""
-        self._saved -= 1
-        self._guard.call("forget a saved state", self._calls.fmu.freeFMUState, saved.state)
+        self._states_out -= 1
+        self._guard.call("forget a saved state", self._calls.fmu.freeFMUState, state.state)
 
-    def dump(self) -> bytes:
+    def serialize(self) -> bytes:
         """State of the FMU as it is now, for a file."""
-        if not self.can_dump:
+        if not self.can_serialize_state:
             raise FmuError(
                 f"FMU {self.path} cannot write its state down (canSerializeFMUstate is false), so "
                 "a run with it has no checkpoints"
             )
         data: bytes = self._guard.call(
-            "write its state down", to_bytes, self._calls.fmu, self._values
+            "write its state down", serialize, self._calls.fmu, self._values
         )
         return data
 
-    def load(self, data: bytes) -> None:
-        """Go to what `dump` gave."""
-        self._values = self._guard.call("read a state", from_bytes, self._calls.fmu, data)
+    def deserialize(self, data: bytes) -> None:
+        """Go to what `serialize` gave."""
+        self._values = self._guard.call("read a state", deserialize, self._calls.fmu, data)
 
     def close(self) -> None:
         """End the FMU and remove its folder. May be called twice.

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import importlib
 import sys
-import traceback
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import ModuleType
@@ -21,6 +20,7 @@ from fmpy.fmi1 import FMICallException
 from cosim.errors import ControllerError
 from cosim.fmu.calls import Calls, LoadingError, ShortStep
 from cosim.fmu.log import FATAL, FmuLog
+from cosim.fmu.script_errors import described
 
 SCRIPT_NAME: Final = "slavemodule.txt"
 """File of a Python FMU's resources that names its script."""
@@ -74,7 +74,7 @@ class PythonSlave:
         try:
             self._class = slave_class(importlib.import_module(script), pythonfmu.Fmi2Slave)
         except Exception as error:  # whatever the script raises
-            raise LoadingError(f"its script fails: {self._described(error)}") from error
+            raise LoadingError(f"its script fails: {described(error, self._resources)}") from error
         self._slave: Any = None
 
     def instantiate(self) -> None:
@@ -84,7 +84,7 @@ class PythonSlave:
                 instance_name=self._name, resources=str(self._resources), visible=False
             )
         except Exception as error:  # whatever the script raises
-            raise LoadingError(f"its script fails: {self._described(error)}") from error
+            raise LoadingError(f"its script fails: {described(error, self._resources)}") from error
         self._pass_on_log()
 
     def setupExperiment(self, startTime: float) -> None:  # noqa: N802, N803 - fmpy's names
@@ -140,7 +140,7 @@ class PythonSlave:
             answer = method(*arguments)
         except Exception as error:  # whatever the script raises
             self._pass_on_log()
-            self._log.add(FATAL, self._described(error).encode())
+            self._log.add(FATAL, described(error, self._resources).encode())
             raise FMICallException(f"fmi2{function}", FATAL) from error
         self._pass_on_log()
         return answer
@@ -150,13 +150,6 @@ class PythonSlave:
         for message in queue:
             self._log.add(message.status.value, str(message.msg).encode())
         queue.clear()
-
-    def _described(self, error: Exception) -> str:
-        """Text of a script's error, with the last place in the script that it passed."""
-        frames = traceback.extract_tb(error.__traceback__)
-        places = [f for f in frames if Path(f.filename).is_relative_to(self._resources)]
-        where = f" (line {places[-1].lineno}, {places[-1].name})" if places else ""
-        return f"{type(error).__name__}: {error}{where}"
 
 
 class Fmi2Python(Calls):

@@ -46,8 +46,8 @@ class FixedStep:
         if not math.isclose(count * self._length, step, rel_tol=1e-9):
             raise FmuStepError(
                 f"FMU {self._path} steps by {self._length:.9g} s and cannot vary its step; the "
-                f"communication step (coupling.step) is {step:.9g} s. Make it {self._length:.9g} s "
-                "or a multiple"
+                f"communication step is {step:.9g} s. Make it {self._length:.9g} s or a multiple",
+                settings=["communication step"],
             )
         return count
 
@@ -70,21 +70,21 @@ def fixed_step(path: Path, description: ModelDescription, folder: Path) -> Fixed
     if varies:
         return None
     experiment = description.defaultExperiment
-    said = about.fixedInternalStepSize or (experiment.stepSize if experiment is not None else None)
+    text = about.fixedInternalStepSize or (experiment.stepSize if experiment is not None else None)
     try:
-        length = None if said is None else float(said)
+        length = None if text is None else float(text)
     except ValueError:
         length = math.nan
     if length is not None and not (math.isfinite(length) and length > 0):
-        raise FmuError(f"FMU {path}: its step size is {said!r}; expected a positive number")
+        raise FmuError(f"FMU {path}: its step size is {text!r}; expected a positive number")
     return FixedStep(path, length)
 
 
 def _varies_fmi1(folder: Path) -> bool:
     root = ET.parse(folder / "modelDescription.xml").getroot()
     flags = root.find("Implementation/*/Capabilities")
-    said = None if flags is None else flags.get("canHandleVariableCommunicationStepSize")
-    return said in ("true", "1")
+    flag = None if flags is None else flags.get("canHandleVariableCommunicationStepSize")
+    return flag in ("true", "1")
 
 
 def advance(calls: Calls, guard: Guard, start: float, step: float, *, final: bool) -> None:
@@ -110,9 +110,9 @@ def advance(calls: Calls, guard: Guard, start: float, step: float, *, final: boo
     FmuError
         If it fails.
     """
-    here, left, end = start, step, start + step
+    time, left, end = start, step, start + step
     while True:
-        short = guard.call("step from t = {:.6g} s by {:.6g} s", calls.do_step, here, left, final)
+        short = guard.call("step from t = {:.6g} s by {:.6g} s", calls.do_step, time, left, final)
         if short is None:
             return
         reached = end if short.reached is None else short.reached
@@ -120,9 +120,9 @@ def advance(calls: Calls, guard: Guard, start: float, step: float, *, final: boo
             raise FmuEndedError(
                 f"FMU {guard.path} asked to end the simulation at t = {reached:.6g} s. {guard.log}"
             )
-        if short.refused or not reached > here:
-            raise FmuStepError(_refusal(guard, here, left, short))
-        here, left = reached, end - reached
+        if short.refused or not reached > time:
+            raise FmuStepError(_refusal(guard, time, left, short), settings=["communication step"])
+        time, left = reached, end - reached
         if left <= _SAME_TIME * step:
             return
 
@@ -132,5 +132,5 @@ def _refusal(guard: Guard, start: float, step: float, short: ShortStep) -> str:
     came = "" if short.reached is None else f"; it came to t = {short.reached:.6g} s"
     return (
         f"FMU {guard.path} {what} from t = {start:.6g} s by {step:.6g} s{came}. Try a shorter "
-        f"communication step (coupling.step). {guard.log}"
+        f"communication step. {guard.log}"
     )

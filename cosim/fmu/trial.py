@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from cosim.errors import FmuError
-from cosim.fmu.findings import Finding, told
+from cosim.fmu.findings import Finding, message_of
 from cosim.fmu.isolation import TIME_LIMIT, IsolatedFmu
 
 STEPS: Final = 30
@@ -41,7 +41,7 @@ def try_fmu(
     try:
         fmu = IsolatedFmu(path, time_limit=time_limit)
     except FmuError as error:
-        yield Finding(told(path, error), fault=True)
+        yield Finding.of(path, error)
         return
     try:
         fmu.initialize(0.0)
@@ -52,8 +52,8 @@ def try_fmu(
             bad = sorted(name for name, value in fmu.read().items() if not math.isfinite(value))
             if bad:
                 yield Finding(
-                    f"{', '.join(bad)} = {fmu.read()[bad[0]]} at t = {time:.4g} s of a trial; a "
-                    "body needs numbers",
+                    f"{', '.join(bad)} = {fmu.read()[bad[0]]} at t = {time:.4g} s of a trial; "
+                    "whoever takes that needs numbers",
                     fault=True,
                 )
                 return
@@ -62,7 +62,7 @@ def try_fmu(
             time = (index + 1) * step
         yield from _repeats(fmu, time, step)
     except FmuError as error:
-        yield Finding(f"in a trial: {told(path, error)}", fault=True)
+        yield Finding(f"in a trial: {message_of(path, error)}", fault=True)
     finally:
         fmu.close()
 
@@ -70,20 +70,20 @@ def try_fmu(
 def _repeats(fmu: IsolatedFmu, time: float, step: float) -> Iterator[Finding]:
     """Go back by what the FMU says it can do, and see whether it goes on as before."""
     ways: list[tuple[bool, str, Callable[[], Any], Callable[[Any], None]]] = [
-        (fmu.can_save, "saved", fmu.save, fmu.restore),
-        (fmu.can_dump, "serialized", fmu.dump, fmu.load),
+        (fmu.can_get_and_set_state, "saved", fmu.get_state, fmu.set_state),
+        (fmu.can_serialize_state, "serialized", fmu.serialize, fmu.deserialize),
     ]
-    for claimed, word, keep, back in ways:
+    for claimed, word, get, set_ in ways:
         if not claimed:
             continue
         try:
-            kept = keep()
+            state = get()
             fmu.step(time, step)
             onward = dict(fmu.read())
-            back(kept)
+            set_(state)
             fmu.step(time, step)
             if dict(fmu.read()) != onward:
                 yield Finding(f"says that its state can be {word}, but does not go on as before")
-            back(kept)
+            set_(state)
         except FmuError as error:
-            yield Finding(f"says that its state can be {word}, but {told(fmu.path, error)}")
+            yield Finding(f"says that its state can be {word}, but {message_of(fmu.path, error)}")

@@ -17,7 +17,7 @@ _GLANCE: Final = 1.0
 
 
 class Worker:
-    """One FMU, and its saved states by key.
+    """One FMU, and its states by key.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ class Worker:
 
     def __init__(self, fmu: FmuParticipant) -> None:
         self._fmu = fmu
-        self._saved: dict[int, Any] = {}
+        self._states: dict[int, Any] = {}
         self._keys = 0
 
     def answer(self, request: Request) -> Reply:
@@ -42,14 +42,14 @@ class Worker:
         return Reply(result, error, self._fmu.read())
 
     def _do(self, method: str, arguments: tuple[Any, ...]) -> Any:
-        if method == "save":
+        if method == "get_state":
             self._keys += 1
-            self._saved[self._keys] = self._fmu.save()
+            self._states[self._keys] = self._fmu.get_state()
             return self._keys
-        if method == "restore":
-            return self._fmu.restore(self._saved[arguments[0]])
-        if method == "release":
-            return self._fmu.release(self._saved.pop(arguments[0]))
+        if method == "set_state":
+            return self._fmu.set_state(self._states[arguments[0]])
+        if method == "free_state":
+            return self._fmu.free_state(self._states.pop(arguments[0]))
         return getattr(self._fmu, method)(*arguments)
 
 

@@ -17,13 +17,14 @@ from cosim.controllers import (
     fmu_of,
     new_source,
 )
-from cosim.fmu.check import Check, PortUse, check_fmu
+from cosim.controllers.check import Check, PortUse, check_fmu
 from cosim.soft_body import body_ports
 from scenarios.commands.options import Output
 from scenarios.commands.terminal import Terminal
 from scenarios.errors import OutputError
 from scenarios.results.files import check_writable, replacing
 from scenarios.scene.catalogue import draft
+from scenarios.scene.setting_paths import with_paths
 
 controller_app = App(
     name="controller", help="Controllers: list them, start one, build it as an FMU, check an FMU."
@@ -120,10 +121,11 @@ def _show(terminal: Terminal, fmu: str, report: Check) -> None:
             table.add_row(*map(escape, _row(use)))
         terminal.show(table)
     for finding in report.findings:
+        text = with_paths(finding.text, finding.settings)
         if finding.fault:
-            terminal.line(finding.text, label="fault", style="red")
+            terminal.line(text, label="fault", style="red")
         else:
-            terminal.line(finding.text, label="note")
+            terminal.line(text, label="note")
     if report.ok:
         terminal.line(f"ok: {fmu} can drive a body")
 

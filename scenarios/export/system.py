@@ -26,6 +26,7 @@ from scenarios.export.body import export_fmu
 from scenarios.running.assemble import build_body, connect, controller_path
 from scenarios.scene.controller import Controller
 from scenarios.scene.scenario import Scenario
+from scenarios.scene.setting_paths import errors_with_paths
 
 
 def export_ssp(scenario: Scenario, path: Path) -> list[str]:
@@ -72,9 +73,10 @@ def export_ssp(scenario: Scenario, path: Path) -> list[str]:
     )
     try:
         controller.ports = with_units(controller.ports, settings.ports)
-        controller.check_step(scenario.coupling.step)
-        connections = connect(controller, body.ports, settings.ports)
-        Wiring([controller, body], connections)  # refuses units that do not fit
+        with errors_with_paths():
+            controller.check_step(scenario.coupling.step)
+            connections = connect(controller, body.ports, settings.ports)
+            Wiring([controller, body], connections)  # refuses units that do not fit
     finally:
         controller.close()
     units = _units_of_body(connections, controller.ports)

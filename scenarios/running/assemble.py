@@ -177,7 +177,8 @@ def connect(
             choose(name, body_ports, "controller.ports")
     matching = match(fmu.ports, body_ports, names or {})
     if matching.faults:
-        raise WiringError(f"FMU {fmu.path} {matching.faults[0]}")
+        fault = matching.faults[0]
+        raise WiringError(f"FMU {fmu.path} {fault.text}", fault.settings)
     connections = []
     for variable, port in matching.pairs:
         ends = [f"{body}.{port}" for body in bodies]

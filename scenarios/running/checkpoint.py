@@ -18,7 +18,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cosim.loop import DumpedLoop
+from cosim.loop import SerializedCoSimulation
 from scenarios.errors import CheckpointError
 from scenarios.results.files import replacing
 from scenarios.running.provenance import Provenance
@@ -78,7 +78,7 @@ class SessionState:
 
     Attributes
     ----------
-    loop : DumpedLoop
+    loop : SerializedCoSimulation
         The co-simulation.
     arrays : mapping
         What was recorded so far.
@@ -88,7 +88,7 @@ class SessionState:
         What the controller's FMU warned of so far.
     """
 
-    loop: DumpedLoop
+    loop: SerializedCoSimulation
     arrays: Mapping[str, NDArray[np.float64]]
     wall_time: float
     warnings: list[str]
@@ -128,7 +128,7 @@ def write(path: Path, checkpoint: Checkpoint) -> None:
         "every": checkpoint.every,
         "attributes": dict(checkpoint.attributes),
         "index": state.loop.index,
-        "memory": state.loop.memory,
+        "memory": state.loop.coupler,
         "wall_time": state.wall_time,
         "warnings": state.warnings,
     }
@@ -162,7 +162,7 @@ def read(path: Path) -> Checkpoint:
         return Checkpoint(
             Provenance(**header["provenance"]),
             SessionState(
-                DumpedLoop(header["index"], states, header["memory"]),
+                SerializedCoSimulation(header["index"], states, header["memory"]),
                 dict(_named(entries, _ARRAY)),
                 header["wall_time"],
                 header["warnings"],

@@ -15,6 +15,7 @@ from scenarios.errors import CheckpointError
 from scenarios.running.assemble import build_participants, connect, controller_path
 from scenarios.scene.controller import Controller
 from scenarios.scene.scenario import Scenario
+from scenarios.scene.setting_paths import errors_with_paths
 
 
 @dataclass(frozen=True)
@@ -76,8 +77,9 @@ def open_participants(
     controller = _open_controller(scenario.controller, path)
     try:
         controller.ports = with_units(controller.ports, scenario.controller.ports)
-        controller.check_step(scenario.coupling.step)
-        yield Participants(bodies, controller)
+        with errors_with_paths():
+            controller.check_step(scenario.coupling.step)
+            yield Participants(bodies, controller)
     finally:
         controller.close()
 

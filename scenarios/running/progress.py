@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:  # a command that prints its help has no use for a body
-    from softbody_core import Work
+    from softbody_core import Counters
 
 
 class Counted(Protocol):
@@ -31,14 +31,19 @@ class Progress:
         Simulated so far, and in all, s.
     wall_time : float
         Computing time so far, s.
-    work : Work
+    counters : Counters
         What the integrator has done so far.
     """
 
     time: float
     duration: float
     wall_time: float
-    work: Work
+    counters: Counters
+
+    @property
+    def work(self) -> Counters:
+        """The same as `counters`; older name."""
+        return self.counters
 
     @property
     def name(self) -> str:

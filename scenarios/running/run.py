@@ -9,7 +9,7 @@ from typing import Any, Final
 
 import xarray as xr
 
-from cosim.loop import require_dump
+from cosim.loop import require_serialization
 from scenarios.errors import CheckpointError, Interrupted, RunError
 from scenarios.running.checkpoint import Checkpoints, read
 from scenarios.running.machine import machine, versions
@@ -19,6 +19,7 @@ from scenarios.running.provenance import Provenance
 from scenarios.running.session import Session
 from scenarios.scene.parse import parse
 from scenarios.scene.scenario import Scenario
+from scenarios.scene.setting_paths import message_with_paths
 from softbody_core import SimulationError
 
 COMPLETED: Final = "completed"
@@ -66,7 +67,7 @@ def run(
     with open_participants(scenario) as participants:
         session = Session(scenario, participants, positions_every)
         if checkpoints is not None:
-            require_dump(participants.all)
+            require_serialization(participants.all)
         fmu = participants.controller
         provenance = Provenance(
             scenario.name,
@@ -113,7 +114,7 @@ def resume(path: str | Path, *, progress: Callable[[Progress], None] | None = No
     checkpoints = Checkpoints(Path(path), checkpoint.every, checkpoint.attributes)
     with open_participants(scenario, provenance.controller_sha256) as participants:
         session = Session(scenario, participants, provenance.positions_every)
-        require_dump(participants.all)
+        require_serialization(participants.all)
         session.deserialize(checkpoint.state)
         return _advance_to_the_end(session, provenance, checkpoints, progress or unwatched)
 
@@ -140,8 +141,9 @@ def _advance_to_the_end(
     except SimulationError as error:
         if session.points == 0:
             raise
-        dataset = _dataset(session, provenance, f"failed: {error}", extra)
-        raise RunError(str(error), dataset) from error
+        message = message_with_paths(error)
+        dataset = _dataset(session, provenance, f"failed: {message}", extra)
+        raise RunError(message, dataset) from error
     return _dataset(session, provenance, COMPLETED, extra)
 
 

@@ -15,7 +15,7 @@ from scenarios.running.progress import Progress
 from scenarios.running.snapshots import Snapshots
 from scenarios.running.variables import variables_of
 from scenarios.scene.scenario import Scenario
-from softbody_core import Work
+from softbody_core import Counters
 
 
 class Session:
@@ -81,16 +81,16 @@ class Session:
         return clock.perf_counter() - self._started
 
     @property
-    def work(self) -> Work:
+    def counters(self) -> Counters:
         """What the integrators have done."""
-        done = [dataclasses.astuple(body.body.work) for body in self._participants.bodies]
-        return Work(*map(sum, zip(*done, strict=True)))
+        done = [dataclasses.astuple(body.body.counters) for body in self._participants.bodies]
+        return Counters(*map(sum, zip(*done, strict=True)))
 
     @property
     def progress(self) -> Progress:
         """How far it has come."""
         duration = self.scenario.steps * self.scenario.coupling.step
-        return Progress(self._time, duration, self.wall_time, self.work)
+        return Progress(self._time, duration, self.wall_time, self.counters)
 
     def serialize(self) -> SessionState:
         """Where it stands, for a file.
@@ -105,12 +105,12 @@ class Session:
         arrays = {"recorded": self._recorder.serialize()}
         for snapshots in self._snapshots:
             arrays |= snapshots.serialize()
-        return SessionState(self._simulation.dump(), arrays, self.wall_time, warnings)
+        return SessionState(self._simulation.serialize(), arrays, self.wall_time, warnings)
 
     def deserialize(self, state: SessionState) -> None:
         """Begin where `serialize` was called. What follows repeats to the bit."""
         self._simulation.begin()
-        self._simulation.load(state.loop)
+        self._simulation.deserialize(state.loop)
         self._recorder.deserialize(state.arrays["recorded"])
         for snapshots in self._snapshots:
             snapshots.deserialize(state.arrays)
@@ -131,7 +131,7 @@ class Session:
         return {
             **self._controller_attributes(),
             "integrator": repr(self.scenario.integrator),
-            **dataclasses.asdict(self.work),
+            **dataclasses.asdict(self.counters),
             "wall_time": self.wall_time,
         }
 

@@ -16,7 +16,7 @@ from scenarios.results.comparison import volume_error
 from scenarios.running.progress import Progress, StudyProgress, Watch, unwatched
 from scenarios.running.run import run
 from scenarios.scene.scenario import Scenario
-from softbody_core import SimulationError, Work
+from softbody_core import Counters, SimulationError
 
 Integrator = Mapping[str, Any]
 
@@ -155,14 +155,14 @@ def _pilot(
 
     def show(at: Progress) -> None:
         watch(StudyProgress(f"trying {integrator['method']}", at.time / at.duration, 1))
-        if _price(at.work) > most:
+        if _price(at.counters) > most:
             raise _Dearer("another way is good enough, and costs less")
 
     return run(scenario.changed({"integrator": dict(integrator)}), progress=show)
 
 
-def _price(work: Work) -> float:
-    return work.force_evaluations + _SOLVE * work.linear_solves
+def _price(counters: Counters) -> float:
+    return counters.force_evaluations + _SOLVE * counters.linear_solves
 
 
 def _cost(dataset: xr.Dataset) -> float:

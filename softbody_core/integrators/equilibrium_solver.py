@@ -16,9 +16,9 @@ from typing import NamedTuple
 import numpy as np
 
 from softbody_core.configuration import Configuration
+from softbody_core.ground.anderson import Anderson
 from softbody_core.ground.arrays import Floats
 from softbody_core.ground.errors import ParameterError
-from softbody_core.integrators.anderson import Anderson
 from softbody_core.integrators.constant_operator import ConstantOperator
 from softbody_core.integrators.integrator import Counters
 from softbody_core.model import SoftBodyModel

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from softbody_core.integrators.anderson import Anderson
+from softbody_core.ground.anderson import Anderson
 
 
 @settings(max_examples=100, deadline=None)

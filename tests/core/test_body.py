@@ -55,13 +55,13 @@ def test_restoring_repeats_to_the_bit(scheme, before, after):
     body = lung_like(scheme)
     for delta_p, n in before:
         body.step(0.02, delta_p, n)
-    saved = body.save()
+    saved = body.get_state()
     first = [body.step(0.02, delta_p, n) for delta_p, n in after]
     positions, velocities, steps = body.positions, body.velocities, body.counters
-    body.restore(saved)
+    body.set_state(saved)
     again = [body.step(0.02, delta_p, n) for delta_p, n in after]
     twin = lung_like(scheme)
-    twin.restore(saved)
+    twin.set_state(saved)
     elsewhere = [twin.step(0.02, delta_p, n) for delta_p, n in after]
     for one, two, three in zip(first, again, elsewhere, strict=True):
         assert one.volume == two.volume == three.volume
@@ -122,7 +122,7 @@ def test_a_body_at_rest_stays_at_rest(scheme):
 def test_what_blows_up_is_named_and_the_body_stays_where_it_was(scheme):
     body = lung_like(scheme)
     body.step(0.02, delta_p=200.0)
-    saved = body.save()
+    saved = body.get_state()
     with pytest.raises((DivergenceError, StepLimitError)) as caught:
         body.step(5.0, delta_p=1e9)
     assert "try" in str(caught.value).lower()
@@ -194,6 +194,6 @@ def test_inputs_have_to_make_sense(name, value):
 
 
 def test_a_body_restores_only_its_own_kind():
-    saved = lung_like(VelocityVerlet, 60).save()
+    saved = lung_like(VelocityVerlet, 60).get_state()
     with pytest.raises(ParameterError, match="60 points, this one has 50"):
-        lung_like(VelocityVerlet, 50).restore(saved)
+        lung_like(VelocityVerlet, 50).set_state(saved)

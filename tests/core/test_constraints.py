@@ -283,12 +283,12 @@ def test_a_saved_body_brings_its_weights(name):
     body = made([course], name)
     for _ in range(3):
         body.step(0.02, delta_p=500.0)
-    saved, runs = body.save(), []
+    saved, runs = body.get_state(), []
     assert saved.weights.alpha > 1
     for _ in range(2):
         seen = [body.step(0.02, delta_p=500.0) for _ in range(4)]
         runs.append((body.positions, body.velocities, [one.volume for one in seen]))
-        body.restore(saved)
+        body.set_state(saved)
         assert body.model.weights == saved.weights
     for one, other in zip(*runs, strict=True):
         np.testing.assert_array_equal(one, other)

@@ -120,7 +120,7 @@ def test_what_follows_a_saved_state_repeats_to_the_bit(name):
     kicked(body, (0.2, 0, -0.5))
     for _ in range(4):
         body.step(0.01, n=GAS)
-    saved = body.save()
+    saved = body.get_state()
     assert saved.state.obstacles[0].velocity[2] < -0.01  # it was hit
     runs = []
     for _ in range(2):
@@ -134,7 +134,7 @@ def test_what_follows_a_saved_state_repeats_to_the_bit(name):
                 *(last.velocity, last.angular_velocity),
             ]
         )
-        body.restore(saved)
+        body.set_state(saved)
     for first, second in zip(*runs, strict=True):
         np.testing.assert_array_equal(first, second)
 
@@ -144,12 +144,12 @@ def test_a_failed_step_leaves_the_obstacles_where_they_were(name):
     piston = RigidBody(slab(0.02, 0.1).moved((0, 0, -0.01)), "driven", velocity=(0, 0, 0.1))
     body = soft_ball([piston], name, centre=(0, 0, 0.031))
     body.step(0.05, n=GAS)
-    saved = body.save()
+    saved = body.get_state()
     with pytest.raises((DivergenceError, StepLimitError)):
         body.step(1.0, delta_p=1e9)
     assert body.state is saved.state
     after_failure = body.step(0.02, n=GAS)
-    body.restore(saved)
+    body.set_state(saved)
     again = body.step(0.02, n=GAS)
     assert after_failure.clearance == again.clearance
     assert after_failure.volume == again.volume

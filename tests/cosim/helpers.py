@@ -8,11 +8,21 @@ import subprocess
 import sys
 import zipfile
 from collections.abc import Callable, Mapping
+from dataclasses import fields
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 from xml.etree import ElementTree as ET
 
-from cosim import Causality, Change, Connection, FmuParticipant, Port, cosimulate, unit
+from cosim import (
+    ALGORITHMS,
+    Causality,
+    Connection,
+    FmuParticipant,
+    Port,
+    Variability,
+    cosimulate,
+    unit,
+)
 
 
 def port(
@@ -21,33 +31,33 @@ def port(
     causality: Causality,
     *,
     optional: bool = False,
-    change: Change = Change.CONTINUOUS,
+    variability: Variability = Variability.CONTINUOUS,
 ) -> Port:
-    own = None if symbol is None else unit(symbol)
-    return Port(name, own, causality, optional=optional, change=change)
+    port_unit = None if symbol is None else unit(symbol)
+    return Port(name, port_unit, causality, optional=optional, variability=variability)
 
 
 class Saves:
-    """What it knows of itself, saved and restored; numbers go to bytes, too."""
+    """What it knows of itself is its state; numbers go to bytes, too."""
 
-    can_save = True
-    can_dump = True
+    can_get_and_set_state = True
+    can_serialize_state = True
     varies_step = True
 
-    def save(self) -> object:
+    def get_state(self) -> object:
         return dict(vars(self))
 
-    def restore(self, saved: Any) -> None:
-        vars(self).update(saved)
+    def set_state(self, state: Any) -> None:
+        vars(self).update(state)
 
-    def release(self, saved: Any) -> None:
+    def free_state(self, state: Any) -> None:
         """Nothing to give back."""
 
-    def dump(self) -> bytes:
+    def serialize(self) -> bytes:
         numbers = {k: v for k, v in vars(self).items() if isinstance(v, float)}
         return json.dumps(numbers).encode()
 
-    def load(self, data: bytes) -> None:
+    def deserialize(self, data: bytes) -> None:
         vars(self).update(json.loads(data))
 
 
@@ -135,8 +145,8 @@ class Switch(Saves):
     def __init__(self, moment: float, name: str = "switch", *, at_start: bool = False) -> None:
         self.name = name
         self.ports: Mapping[str, Port] = {
-            "on": Port("on", None, Causality.OUTPUT, change=Change.MODE),
-            "y": port("y", "cmH2O", Causality.OUTPUT, change=Change.SAMPLED),
+            "on": Port("on", None, Causality.OUTPUT, variability=Variability.MODE),
+            "y": port("y", "cmH2O", Causality.OUTPUT, variability=Variability.SAMPLED),
         }
         self.moment, self.at_start = moment, at_start
         self.on = 0.0
@@ -199,6 +209,12 @@ class Lung(Saves):
         """Nothing to give back."""
 
 
+def with_extrapolation(algorithm: str, extrapolation: str) -> dict[str, str]:
+    """Return the option for an algorithm that has it; nothing for one that has not."""
+    known = {field.name for field in fields(cast("Any", ALGORITHMS[algorithm]))}
+    return {"extrapolation": extrapolation} if "extrapolation" in known else {}
+
+
 def breathe(
     fmu: Path, lung: Lung, step: float, steps: int, **parameters: Any
 ) -> list[Mapping[str, Mapping[str, float]]]:
@@ -233,9 +249,9 @@ def description(fmu: Path) -> ET.Element:
 
 
 def variable(root: ET.Element, name: str) -> ET.Element:
-    found = root.find(f"ModelVariables/*[@name='{name}']")
-    assert found is not None
-    return found
+    element = root.find(f"ModelVariables/*[@name='{name}']")
+    assert element is not None
+    return element
 
 
 def run_python(code: str, *arguments: object) -> subprocess.CompletedProcess[str]:

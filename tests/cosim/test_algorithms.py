@@ -2,7 +2,9 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Callable, Mapping
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
+import cosim
 from cosim import (
     ALGORITHMS,
     Adaptive,
@@ -29,18 +32,21 @@ from cosim import (
 from cosim.algorithms import Algorithm
 from cosim.algorithms.signals import held_weights
 from cosim.fmu.isolation import ISOLATIONS, open_fmu
-from cosim.participant import Causality, Change
+from cosim.participant import Causality, Variability
 from tests.cosim.compartments import WIRES as SERIES
 from tests.cosim.compartments import SeriesLung
 from tests.cosim.foreign import STATES
-from tests.cosim.helpers import Lung, Relaxation, Sink, Source, Switch, port
+from tests.cosim.helpers import Lung, Relaxation, Sink, Source, Switch, port, with_extrapolation
 
 # x' = A x, one participant a row.
 A = np.array([[-1.0, 0.5], [0.8, -2.0]])
 X0 = np.array([1.0, -0.5])
 WIRES = [Connection("second.x", "first.u"), Connection("first.x", "second.u")]
 
-OPTIONS: dict[str, dict[str, Any]] = {"adaptive": {"tolerance": 10.0}}  # so large: no step divided
+OPTIONS: dict[str, dict[str, Any]] = {"adaptive": {"tolerance": 10.0}}
+"""Options under which all steps are of one length, where a tolerance decides on that."""
+
+DOCS = Path(__file__).parents[2] / "docs" / "coupling.md"
 
 
 def coupled(algorithm: Algorithm, steps: int, order: tuple[int, int] = (0, 1)) -> np.ndarray:
@@ -67,7 +73,32 @@ def test_error_shrinks_at_the_declared_order(name: str, order: tuple[int, int]) 
     algorithm = ALGORITHMS[name](**OPTIONS.get(name, {}))
     errors = [np.linalg.norm(coupled(algorithm, int(n), order) - solution) for n in counts]
     slope = -np.polyfit(np.log(counts), np.log(errors), 1)[0]
-    assert slope == pytest.approx(algorithm.order, abs=0.1)  # the next order shows at 16 steps
+    # The next order shows at 16 steps.
+    assert slope == pytest.approx(algorithm.order, abs=0.1), (
+        f"{name} says that its order is {algorithm.order}, and errors shrink at {slope:.2f}: "
+        "correct `order`; or, if it divides steps by a tolerance, add options to OPTIONS in "
+        "tests/cosim/test_algorithms.py under which it does not"
+    )
+
+
+@pytest.mark.parametrize("name", ALGORITHMS)
+def test_an_algorithm_is_exported_and_documented(name: str) -> None:
+    kind = ALGORITHMS[name].__name__
+    for package, file in ((cosim.algorithms, "algorithms/__init__.py"), (cosim, "__init__.pyi")):
+        assert kind in package.__all__, (
+            f"{kind} is in ALGORITHMS and not exported by cosim/{file}: import it there, and add "
+            "it to its __all__"
+        )
+    text = DOCS.read_text(encoding="utf-8")
+    row = next((line for line in text.splitlines() if line.startswith(f"| `{name}` | ")), "")
+    assert row, (
+        f'docs/coupling.md: expected a row "| `{name}` | what it does | its options |" in the '
+        "table of algorithms"
+    )
+    for option in fields(ALGORITHMS[name]()):
+        assert f"`{option.name}` = " in row, (
+            f"docs/coupling.md, row `{name}`: option `{option.name}` and its default are missing"
+        )
 
 
 def test_gauss_seidel_passes_on_what_was_just_computed() -> None:
@@ -83,10 +114,10 @@ def test_jacobi_passes_on_the_start_of_the_step() -> None:
 
 
 def test_order_of_participants_matters_to_gauss_seidel_alone() -> None:
-    one, other = (coupled(GaussSeidel(), 16, order) for order in [(0, 1), (1, 0)])
-    assert np.abs(one - other).max() > 1e-3  # about the coupling error itself
-    one, other = (coupled(Jacobi(), 16, order) for order in [(0, 1), (1, 0)])
-    assert np.array_equal(one, other)
+    first, other = (coupled(GaussSeidel(), 16, order) for order in [(0, 1), (1, 0)])
+    assert np.abs(first - other).max() > 1e-3  # about the coupling error itself
+    first, other = (coupled(Jacobi(), 16, order) for order in [(0, 1), (1, 0)])
+    assert np.array_equal(first, other)
 
 
 def test_an_iterated_step_solves_for_its_own_end() -> None:
@@ -120,7 +151,7 @@ def test_what_is_held_has_the_moments_of_the_polynomial(
 @pytest.mark.parametrize("name", ALGORITHMS)
 @pytest.mark.parametrize("extrapolation", ["constant", "linear", "quadratic"])
 def test_a_dumped_loop_goes_on_to_the_bit(name: str, extrapolation: Any) -> None:
-    algorithm = ALGORITHMS[name](extrapolation=extrapolation)
+    algorithm = ALGORITHMS[name](**with_extrapolation(name, extrapolation))
 
     def loop() -> tuple[SeriesLung, CoSimulation]:
         lung = SeriesLung.new()
@@ -132,28 +163,83 @@ def test_a_dumped_loop_goes_on_to_the_bit(name: str, extrapolation: Any) -> None
         simulation.begin()
         for _ in range(5):
             simulation.advance()
-    dumped = broken[1].dump()
-    memory = json.loads(json.dumps(dumped.memory))  # as in a file
+    state = broken[1].serialize()
+    coupler = json.loads(json.dumps(state.coupler))  # as in a file
     again, simulation = loop()
     simulation.begin()
-    simulation.load(type(dumped)(dumped.index, dumped.participants, memory))
+    simulation.deserialize(type(state)(state.index, state.participants, coupler))
     for _ in range(5):
         assert simulation.advance() == unbroken[1].advance()
     assert np.array_equal(again.pressures, unbroken[0].pressures)
 
 
-@pytest.mark.parametrize("name", ["iterated", "adaptive", "event-locating"])
-def test_who_cannot_be_rolled_back_is_named_before_anything_starts(name: str) -> None:
+def refusal(name: str, **lacking: bool) -> str:
+    """What an algorithm says of participants of which the second one lacks something."""
     pair = [Relaxation("first", -1.0, 0.5, 1.0), Relaxation("second", -2.0, 0.8, 1.0)]
-    pair[1].can_save = False
-    with pytest.raises(CouplingError, match=rf"{name} goes back .* second cannot .* gauss-seidel"):
-        next(cosimulate(pair, WIRES, step=0.1, steps=1, algorithm=ALGORITHMS[name]()))
-    assert pair[0].calls == []
+    vars(pair[1]).update(lacking)
+    stepped = [*pair, Switch(0.25)]
+    loop = cosimulate(stepped, WIRES, step=0.1, steps=1, algorithm=ALGORITHMS[name]())
+    try:
+        next(loop)
+    except CouplingError as error:
+        assert pair[0].calls == []  # before anything starts
+        return str(error)
+    next(loop)
+    return ""
+
+
+@pytest.mark.parametrize("name", ALGORITHMS)
+def test_who_cannot_be_rolled_back_is_named_if_need_be(name: str) -> None:
+    text = refusal(name, can_get_and_set_state=False)
+    assert bool(text) == ALGORITHMS[name].goes_back, (
+        f"{name}.goes_back = {ALGORITHMS[name].goes_back}, and of a participant that cannot it "
+        f"says {text!r}: correct it, or call `check` in `bind`"
+    )
+    if text:
+        assert re.search(rf"{name} goes back .* second cannot .* gauss-seidel", text)
+
+
+@pytest.mark.parametrize("name", ALGORITHMS)
+def test_who_cannot_vary_its_step_is_named_if_need_be(name: str) -> None:
+    text = refusal(name, varies_step=False)
+    assert bool(text) == ALGORITHMS[name].divides, (
+        f"{name}.divides = {ALGORITHMS[name].divides}, and of a participant that cannot vary its "
+        f"step it says {text!r}: correct it, or call `check` in `bind`"
+    )
+    if text:
+        assert re.search(rf"{name} divides steps, and second cannot .* gauss-seidel", text)
+
+
+@pytest.mark.parametrize("name", ALGORITHMS)
+def test_steps_are_divided_as_an_algorithm_says(name: str) -> None:
+    """A part that is taken again begins where it began before, and counts once."""
+    algorithm = ALGORITHMS[name](**OPTIONS.get(name, {}))
+    source, sink = Counting("first", -1.0, 0.5, 1.0), Relaxation("second", -2.0, 0.8, 1.0)
+    list(cosimulate([source, sink, Switch(9.0)], WIRES, step=0.1, steps=1, algorithm=algorithm))
+    assert len(source.starts) == algorithm.least_parts, (
+        f"{name} says that a step is taken in {algorithm.least_parts} parts, and it is in "
+        f"{len(source.starts)}: correct `least_parts`"
+    )
+    assert algorithm.divides or algorithm.least_parts == 1
+
+
+@pytest.mark.parametrize("name", ALGORITHMS)
+def test_an_algorithm_goes_in_turn_if_it_says_so(name: str) -> None:
+    """Who steps second sees what the first one has just computed, or does not."""
+    algorithm = ALGORITHMS[name](**OPTIONS.get(name, {}))
+    source, sink = Sampler(), Sink()
+    source.value = 1.0
+    wires = [Connection("clock.y", "sampler.u"), Connection("sampler.y", "sink.u")]
+    loop = [Source(1.0, name="clock"), source, sink, Switch(9.0)]
+    list(cosimulate(loop, wires, step=0.1, steps=1, algorithm=algorithm))
+    assert (sink.value == -1.0) == algorithm.in_turn, (
+        f"{name}.in_turn = {algorithm.in_turn}, and it is the other way round: correct it"
+    )
 
 
 @pytest.mark.parametrize("isolation", ISOLATIONS)
 @pytest.mark.parametrize(
-    ("algorithm", "said"),
+    ("algorithm", "message"),
     [
         (Adaptive(), r"adaptive divides steps, and controller cannot .* Take gauss-seidel, jacobi"),
         (EventLocating(), r"event-locating divides steps, and controller cannot .* gauss-seidel"),
@@ -162,7 +248,7 @@ def test_who_cannot_be_rolled_back_is_named_before_anything_starts(name: str) ->
     ],
 )
 def test_a_fixed_step_is_not_divided(
-    foreign: Callable[..., Path], isolation: str, algorithm: Algorithm, said: str
+    foreign: Callable[..., Path], isolation: str, algorithm: Algorithm, message: str
 ) -> None:
     flags = f'{STATES} canHandleVariableCommunicationStepSize="false"'
     path = foreign(2, "STEP_LENGTH=0.1", flags=flags, experiment='stepSize="0.1"')
@@ -178,7 +264,7 @@ def test_a_fixed_step_is_not_divided(
         finally:
             fmu.close()
 
-    with pytest.raises(CouplingError, match=said):
+    with pytest.raises(CouplingError, match=message):
         clock(algorithm)
     if isolation == "none":  # processes take their time to start
         for advised in (GaussSeidel("linear"), Jacobi(), Iterated()):
@@ -192,9 +278,11 @@ def test_an_iteration_that_does_not_converge_names_what_changes() -> None:
         pair, WIRES, step=1.0, steps=1, algorithm=Iterated(max_iterations=6, relaxation="none")
     )
     next(loop)
-    with pytest.raises(CouplingError, match=r"t = 0 s by 1 s .* after 6 passes second\.x") as said:
+    with pytest.raises(
+        CouplingError, match=r"t = 0 s by 1 s .* after 6 passes second\.x"
+    ) as message:
         next(loop)
-    assert "Try" in str(said.value)
+    assert "Try" in str(message.value)
     assert [participant.x for participant in pair] == [1.0, 1.0]  # back at the start
 
 
@@ -206,7 +294,19 @@ def test_relaxation_converges_where_the_plain_iteration_grows(relaxation: Any) -
     # x = e⁻¹ + 50 (1 − e⁻¹)(1 + x)/2 for both
     decay, half = math.exp(-1), 25 * (1 - math.exp(-1))
     expected = (decay + half) / (1 - half)
-    assert [one.x for one in pair] == pytest.approx([expected] * 2, rel=1e-8)
+    assert [p.x for p in pair] == pytest.approx([expected] * 2, rel=1e-8)
+
+
+class Counting(Relaxation):
+    """Keeps when it was stepped, whatever is undone."""
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self.starts: set[float] = set()
+
+    def step(self, time: float, step: float) -> None:
+        self.starts.add(round(time, 9))
+        super().step(time, step)
 
 
 class Sampler(Sink):
@@ -216,7 +316,7 @@ class Sampler(Sink):
         super().__init__(name="sampler")
         self.ports = {
             "u": port("u", "1", Causality.INPUT),
-            "y": port("y", "1", Causality.OUTPUT, change=Change.SAMPLED),
+            "y": port("y", "1", Causality.OUTPUT, variability=Variability.SAMPLED),
         }
         self.y = 0.0
 
@@ -296,7 +396,7 @@ def test_an_error_that_no_division_brings_down_is_named() -> None:
     pair = [Noisy("first", 0.0, 0.0, 1.0), Relaxation("second", -1.0, 1.0, 1.0)]
     loop = cosimulate(pair, WIRES, step=1.0, steps=1, algorithm=Adaptive(1e-6))
     next(loop)
-    with pytest.raises(CouplingError, match=r"at t = 0 s a part of .* errs by .* Raise coupling"):
+    with pytest.raises(CouplingError, match=r"at t = 0 s a part of .* errs by .* Raise tolerance"):
         next(loop)
 
 
@@ -333,7 +433,7 @@ def test_several_outputs_add_up_in_the_unit_of_the_input() -> None:
 
 
 @pytest.mark.parametrize(
-    ("units", "target", "said"),
+    ("units", "target", "message"),
     [
         (("L", "cmH2O"), "L", "'cmH2O' cannot be converted to 'L'"),
         (("degC", "degC"), "K", "with an offset cannot be added"),
@@ -341,10 +441,12 @@ def test_several_outputs_add_up_in_the_unit_of_the_input() -> None:
     ],
 )
 def test_what_cannot_be_added_is_refused(
-    units: tuple[str | None, str | None], target: str, said: str
+    units: tuple[str | None, str | None], target: str, message: str
 ) -> None:
-    sources = [Source(1.0, one, name) for one, name in zip(units, ("left", "right"), strict=True)]
-    with pytest.raises(WiringError, match=said):
+    sources = [
+        Source(1.0, symbol, name) for symbol, name in zip(units, ("left", "right"), strict=True)
+    ]
+    with pytest.raises(WiringError, match=message):
         next(
             cosimulate(
                 [*sources, Sink(target)],

@@ -74,18 +74,18 @@ def test_state_is_promised_only_where_it_is_complete(tmp_path: Path, paper: Path
 
 
 def test_another_source_gives_another_identity(tmp_path: Path) -> None:
-    one = build(source(tmp_path), tmp_path / "one.fmu")
+    first = build(source(tmp_path), tmp_path / "one.fmu")
     other = build(source(tmp_path, "{'x': 'L'}"), tmp_path / "other.fmu")
-    assert description(one).get("guid") != description(other).get("guid")
+    assert description(first).get("guid") != description(other).get("guid")
 
 
 def test_hash_follows_the_content_and_not_the_name(tmp_path: Path) -> None:
-    one = source(tmp_path)
+    first = source(tmp_path)
     copy = tmp_path / "copy.py"
-    copy.write_bytes(one.read_bytes())
-    assert content_hash(one) == content_hash(copy)
+    copy.write_bytes(first.read_bytes())
+    assert content_hash(first) == content_hash(copy)
     copy.write_text(copy.read_text() + "\n")
-    assert content_hash(one) != content_hash(copy)
+    assert content_hash(first) != content_hash(copy)
 
 
 def test_build_leaves_no_trace_in_the_process(tmp_path: Path, temporary: Path) -> None:
@@ -96,7 +96,7 @@ def test_build_leaves_no_trace_in_the_process(tmp_path: Path, temporary: Path) -
 
 
 @pytest.mark.parametrize(
-    ("units", "bounds", "said"),
+    ("units", "bounds", "message"),
     [
         ("{'y': 'L'}", "{}", "unit or bounds for 'y'"),
         ("{}", "{'y': (0, 1)}", "unit or bounds for 'y'"),
@@ -105,11 +105,11 @@ def test_build_leaves_no_trace_in_the_process(tmp_path: Path, temporary: Path) -
     ],
 )
 def test_faulty_source_is_refused_with_its_fault(
-    tmp_path: Path, units: str, bounds: str, said: str
+    tmp_path: Path, units: str, bounds: str, message: str
 ) -> None:
     with pytest.raises(ControllerError) as caught:
         build(source(tmp_path, units, bounds), tmp_path / "probe.fmu")
-    assert said in str(caught.value)
+    assert message in str(caught.value)
     assert not (tmp_path / "probe.fmu").exists()
 
 

@@ -56,7 +56,7 @@ def test_unit_on_one_side_only_is_refused(
 
 
 @pytest.mark.parametrize(
-    ("source", "target", "said"),
+    ("source", "target", "message"),
     [
         ("sorce.y", "sink.u", "no participant 'sorce'; did you mean 'source'"),
         ("source.y", "sinc.u", "no participant 'sinc'; did you mean 'sink'"),
@@ -66,10 +66,10 @@ def test_unit_on_one_side_only_is_refused(
         ("source", "sink.u", "source has no output ''; known: y"),
     ],
 )
-def test_unknown_end_is_refused_with_what_there_is(source: str, target: str, said: str) -> None:
+def test_unknown_end_is_refused_with_what_there_is(source: str, target: str, message: str) -> None:
     with pytest.raises(WiringError) as caught:
         Wiring([Source(1.0), Sink()], [Connection(source, target)])
-    assert said in str(caught.value)
+    assert message in str(caught.value)
 
 
 def test_input_takes_one_connection() -> None:

@@ -86,15 +86,20 @@ SIGNALS: Mapping[str, Callable[[float], float]] = {
 def walk(fmu: FmuParticipant, first: int, last: int, split: int = 1) -> list[dict[str, float]]:
     """Outputs at the end of each frame; within a frame the inputs are nonsense on purpose."""
     inputs = [n for n, port in fmu.ports.items() if port.causality is Causality.INPUT]
-    seen = []
+    series = []
     for i in range(first * split, last * split):
         frame, inside = divmod(i, split)
         angle = 2 * math.pi * frame / FRAMES
+        for name in inputs:
+            assert name in SIGNALS, (
+                f"nothing is known of an input {name!r}: add to SIGNALS, in "
+                "tests/cosim/test_controllers.py, what a breathing body gives there"
+            )
         fmu.write({name: 99.0 if inside else SIGNALS[name](angle) for name in inputs})
         fmu.step(i * (FRAME / split), FRAME / split)
         if inside == split - 1:
-            seen.append(dict(fmu.read()))
-    return seen
+            series.append(dict(fmu.read()))
+    return series
 
 
 @pytest.fixture
@@ -126,11 +131,11 @@ def test_restored_state_goes_on_to_the_bit(
 ) -> None:
     fmu, other = started(name), started(name)
     walk(fmu, 0, 37)
-    saved, written = fmu.save(), fmu.dump()
+    saved, written = fmu.get_state(), fmu.serialize()
     onward = walk(fmu, 37, 200)  # over two switches of phase
-    fmu.restore(saved)
+    fmu.set_state(saved)
     assert walk(fmu, 37, 200) == onward
-    other.load(written)
+    other.deserialize(written)
     assert walk(other, 37, 200) == onward
 
 
@@ -151,26 +156,36 @@ def documented(name: str) -> list[tuple[str, str, float | None, float | None, st
     _, _, after = DOCS.read_text(encoding="utf-8").partition(f"\n### `{name}`\n")
     section = after.split("\n#")[0]
     rows = re.findall(r"^\| `(\w+)` \| (.*?) \| ?(.*?) \| (.*) \|$", section, re.MULTILINE)
-    found = []
+    result = []
     for parameter, default, bounds, meaning in rows:
         low, _, high = bounds.removeprefix("≥ ").partition(" to ")
-        found.append(
+        result.append(
             (parameter, default, *(float(end) if end else None for end in (low, high)), meaning)
         )
-    return found
+    return result
 
 
-@pytest.mark.parametrize(("name", "parameter", "value", "said"), bounded())
+@pytest.mark.parametrize(("name", "parameter", "value", "message"), bounded())
 def test_value_beyond_its_bound_is_refused(
-    shipped: Mapping[str, Path], name: str, parameter: str, value: float, said: str
+    shipped: Mapping[str, Path], name: str, parameter: str, value: float, message: str
 ) -> None:
     element = variable(description(shipped[name]), parameter)[0]
     symbol = element.get("unit", "1")
     given_ = int(value) if element.tag == "Integer" else value
-    with pytest.raises(FmuError, match=rf"parameter {parameter} = .*: {re.escape(said)}"):
+    with pytest.raises(FmuError, match=rf"parameter {parameter} = .*: {re.escape(message)}"):
         FmuParticipant(
             shipped[name], parameters={parameter: given_ if symbol == "1" else f"{value} {symbol}"}
         )
+
+
+@pytest.mark.parametrize("name", CONTROLLERS)
+def test_documentation_says_what_a_controller_does(name: str) -> None:
+    assert re.search(
+        rf"^\| `{name}` \| .+ \| .+ \| .+ \|$", DOCS.read_text("utf-8"), re.MULTILINE
+    ), (
+        f'docs/controller.md: expected a row "| `{name}` | what it does | takes | source |" in the '
+        "table of controllers that ship"
+    )
 
 
 @pytest.mark.parametrize("name", CONTROLLERS)
@@ -217,15 +232,15 @@ def run(
     """Outputs at the end of each frame; within a frame the volume is nonsense on purpose."""
     participant = start(FmuParticipant(fmu, parameters=parameters))
     try:
-        seen = []
+        series = []
         for i in range(frames * split):
             frame, inside = divmod(i, split)
             now = 99.0 if inside else volume(frame)
             participant.write({"volume": now, "bounding_box_volume": 2 * now})
             participant.step(i * (FRAME / split), FRAME / split)
             if inside == split - 1:
-                seen.append(dict(participant.read()))
-        return seen
+                series.append(dict(participant.read()))
+        return series
     finally:
         participant.close()
 
@@ -245,7 +260,7 @@ def by_hand(volume: Volume, frames: int, law: str, *, literal: bool) -> list[dic
     """Reading 8 of docs/model.md, one frame after the other."""
     swing = 40 / FRAMES if literal else 40 / (FRAMES / 2)
     pressure = 0.0
-    seen = []
+    series = []
     for frame in range(frames):
         inhaling = frame % FRAMES < FRAMES // 2
         pressure = min(max(pressure + (swing if inhaling else -swing), 0.0), 40.0)
@@ -256,7 +271,7 @@ def by_hand(volume: Volume, frames: int, law: str, *, literal: bool) -> list[dic
             n = 70_000.0 if inhaling else 100.0
         if law == "limit" and not inhaling:
             n = 100.0
-        seen.append(
+        series.append(
             {
                 "delta_p": swing if inhaling else -swing,
                 "n": n,
@@ -265,15 +280,15 @@ def by_hand(volume: Volume, frames: int, law: str, *, literal: bool) -> list[dic
                 "phase": float(inhaling),
             }
         )
-    return seen
+    return series
 
 
 @pytest.mark.parametrize("literal", [False, True], ids=["swing 40", "swing 20"])
 @pytest.mark.parametrize("law", ["limit", "thermostat", "open"])
 def test_paper_controller_follows_its_readings(paper: Path, law: str, literal: bool) -> None:
-    seen = run(paper, breathing, 2 * FRAMES, law=law, literal_swing=literal)
+    series = run(paper, breathing, 2 * FRAMES, law=law, literal_swing=literal)
     expected = by_hand(breathing, 2 * FRAMES, law, literal=literal)
-    for mine, theirs in zip(seen, expected, strict=True):
+    for mine, theirs in zip(series, expected, strict=True):
         # P is summed up here and multiplied there: 1e-12 of 40 cmH2O, times the slope of N.
         for name, tolerance in {"n": 1e-6, "phase": 0.0}.items():
             assert mine[name] == pytest.approx(theirs[name], rel=0, abs=tolerance)
@@ -300,8 +315,8 @@ def test_largest_and_smallest_n_are_reached(paper: Path) -> None:
 
 def test_pressure_swings_over_its_whole_range(paper: Path) -> None:
     for literal, top in [(False, 40.0), (True, 20.0)]:
-        seen = run(paper, breathing, FRAMES, literal_swing=literal)
-        pressures = [point["respiratory_pressure"] for point in seen]
+        series = run(paper, breathing, FRAMES, literal_swing=literal)
+        pressures = [point["respiratory_pressure"] for point in series]
         assert max(pressures) == pytest.approx(top, rel=1e-15)  # a product of two roundings
         assert pressures[-1] == 0.0
 
@@ -345,18 +360,18 @@ def test_sampled_controller_does_not_feel_the_communication_step(paper: Path, sp
 
 
 @pytest.mark.parametrize(
-    ("parameters", "said"),
+    ("parameters", "message"),
     [
         ({"frames": 121}, "frames = 121: expected an even number"),
         ({"law": "relay"}, "law = 'relay': expected 'limit', 'thermostat' or 'open'"),
     ],
 )
 def test_paper_controller_refuses_what_it_cannot_do(
-    paper: Path, parameters: dict[str, Any], said: str
+    paper: Path, parameters: dict[str, Any], message: str
 ) -> None:
     with pytest.raises(FmuError) as caught:
         start(FmuParticipant(paper, parameters=parameters))
-    assert said in str(caught.value)
+    assert message in str(caught.value)
 
 
 # Pressure control.

@@ -115,7 +115,7 @@ def test_parameters_of_other_types_reach_the_fmu(paper: Path, start: Start) -> N
 
 
 @pytest.mark.parametrize(
-    ("parameters", "said"),
+    ("parameters", "text"),
     [
         ({"frams": 120}, "no parameter 'frams'; did you mean 'frames'"),
         ({"volume": "1 L"}, "no parameter 'volume'"),  # an input
@@ -133,11 +133,11 @@ def test_parameters_of_other_types_reach_the_fmu(paper: Path, start: Start) -> N
     ],
 )
 def test_parameter_that_does_not_fit_is_refused(
-    paper: Path, temporary: Path, parameters: dict[str, Any], said: str
+    paper: Path, temporary: Path, parameters: dict[str, Any], text: str
 ) -> None:
     with pytest.raises(FmuError) as caught:
         FmuParticipant(paper, parameters=parameters)
-    assert said in str(caught.value)
+    assert text in str(caught.value)
     assert list(temporary.iterdir()) == []
 
 
@@ -245,13 +245,13 @@ def test_restored_state_goes_on_to_the_bit(
     shipped: dict[str, Path], start: Start, name: str, serialized: bool
 ) -> None:
     def steps(fmu: FmuParticipant, first: int, last: int) -> list[dict[str, float]]:
-        seen = []
+        values = []
         for i in range(first, last):
             if name == "paper":
                 fmu.write({"volume": 2.5 + math.sin(0.1 * i), "bounding_box_volume": 5.0})
             fmu.step(i * FRAME, FRAME)
-            seen.append(dict(fmu.read()))
-        return seen
+            values.append(dict(fmu.read()))
+        return values
 
     fmu = start(shipped[name])
     steps(fmu, 0, 37)

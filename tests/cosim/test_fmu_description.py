@@ -21,9 +21,9 @@ def refusal(path: Path) -> str:
 
 
 def declared(root: ET.Element, symbol: str) -> ET.Element:
-    found = root.find(f"UnitDefinitions/Unit[@name='{symbol}']")
-    assert found is not None
-    return found
+    result = root.find(f"UnitDefinitions/Unit[@name='{symbol}']")
+    assert result is not None
+    return result
 
 
 def rename_unit(root: ET.Element, old: str, new: str) -> None:
@@ -101,7 +101,7 @@ def constant_output(root: ET.Element) -> None:
 
 
 @pytest.mark.parametrize(
-    ("spoil", "said"),
+    ("spoil", "message"),
     [
         (model_exchange_only, "offers no co-simulation"),
         (fmi_4, "version: 4.0); expected one of FMI 1.0, 2.0 or 3.0"),
@@ -115,9 +115,9 @@ def constant_output(root: ET.Element) -> None:
     ],
 )
 def test_faulty_description_is_refused_with_its_fault(
-    paper: Path, tmp_path: Path, temporary: Path, spoil: Spoil, said: str
+    paper: Path, tmp_path: Path, temporary: Path, spoil: Spoil, message: str
 ) -> None:
-    assert said in refusal(rewritten(paper, tmp_path / "spoilt.fmu", spoil))
+    assert message in refusal(rewritten(paper, tmp_path / "spoilt.fmu", spoil))
     assert list(temporary.iterdir()) == []
 
 

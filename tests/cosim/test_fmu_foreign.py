@@ -122,7 +122,7 @@ def test_a_structural_parameter_decides_the_shape(foreign: Foreign, start: Start
 
 
 @pytest.mark.parametrize(
-    ("parameters", "said"),
+    ("parameters", "message"),
     [
         ({"gains[2]": 1.0}, r"no parameter 'gains\[2\]'; did you mean 'gains\[1\]'"),
         ({"size": 3, "gains[2]": 1.0}, "gains has 3 elements and 2 start values"),
@@ -130,9 +130,9 @@ def test_a_structural_parameter_decides_the_shape(foreign: Foreign, start: Start
     ],
 )
 def test_an_array_parameter_that_does_not_fit_is_refused(
-    foreign: Foreign, parameters: dict[str, Any], said: str
+    foreign: Foreign, parameters: dict[str, Any], message: str
 ) -> None:
-    with pytest.raises(FmuError, match=said):
+    with pytest.raises(FmuError, match=message):
         FmuParticipant(foreign(3, ports="arrays"), parameters=parameters)
 
 
@@ -231,30 +231,30 @@ def test_two_fmus_log_to_their_own(foreign: Foreign, start: Start) -> None:
 def test_a_saved_state_goes_on_to_the_bit(foreign: Foreign, start: Start, version: int) -> None:
     ports = "typed arrays" if version == 3 else "typed"
     fmu = start(foreign(version, ports=ports, flags=STATES), {"volume": 0.1, "stride": 3.0})
-    assert fmu.can_save
-    assert fmu.can_dump
+    assert fmu.can_get_and_set_state
+    assert fmu.can_serialize_state
 
     def onward() -> list[dict[str, float]]:
-        seen = [dict(fmu.read())]
+        series = [dict(fmu.read())]
         for i in range(3, 9):
             fmu.step(i * 0.1, 0.1)
-            seen.append(dict(fmu.read()))
+            series.append(dict(fmu.read()))
             fmu.write({"volume": 0.1 * i})
-        return seen
+        return series
 
     for i in range(3):
         fmu.step(i * 0.1, 0.1)
-    saved, dumped = fmu.save(), fmu.dump()
+    saved, dumped = fmu.get_state(), fmu.serialize()
     first = onward()
-    fmu.restore(saved)
+    fmu.set_state(saved)
     assert onward() == first
-    fmu.load(dumped)
+    fmu.deserialize(dumped)
     assert onward() == first
-    fmu.restore(saved)  # as often as need be
+    fmu.set_state(saved)  # as often as need be
     assert onward() == first
-    fmu.release(saved)
+    fmu.free_state(saved)
     twin = fmu = start(foreign(version, ports=ports, flags=STATES))
-    twin.load(dumped)
+    twin.deserialize(dumped)
     assert onward() == first
 
 
@@ -270,12 +270,12 @@ def test_going_back_to_any_point_repeats_what_followed(
     fmu = FmuParticipant(foreign(2, ports="typed", flags=STATES))
 
     def onward(first: int) -> list[dict[str, float]]:
-        seen = []
+        series = []
         for i, volume in enumerate(volumes[first:], first):
             fmu.write({"volume": volume})
             fmu.step(i * step, step)
-            seen.append(dict(fmu.read()))
-        return seen
+            series.append(dict(fmu.read()))
+        return series
 
     try:
         fmu.initialize(0.0)
@@ -283,11 +283,11 @@ def test_going_back_to_any_point_repeats_what_followed(
         for i, volume in enumerate(volumes[:cut]):
             fmu.write({"volume": volume})
             fmu.step(i * step, step)
-        saved = fmu.save()
+        saved = fmu.get_state()
         first = onward(cut)
-        fmu.restore(saved)
+        fmu.set_state(saved)
         assert onward(cut) == first
-        fmu.release(saved)
+        fmu.free_state(saved)
     finally:
         fmu.close()
 
@@ -295,23 +295,23 @@ def test_going_back_to_any_point_repeats_what_followed(
 @VERSIONS
 def test_an_fmu_without_rollback_says_so(foreign: Foreign, start: Start, version: int) -> None:
     fmu = start(foreign(version))
-    assert not fmu.can_save
-    assert not fmu.can_dump
+    assert not fmu.can_get_and_set_state
+    assert not fmu.can_serialize_state
     with pytest.raises(FmuError, match=r"cannot save its state .*couple it without rollback"):
-        fmu.save()
+        fmu.get_state()
     with pytest.raises(FmuError, match=r"cannot write its state down .*no checkpoints"):
-        fmu.dump()
+        fmu.serialize()
 
 
 def test_a_promise_of_rollback_that_is_not_kept_is_an_error(foreign: Foreign, start: Start) -> None:
     fmu = start(foreign(2, "NO_STATE", flags=STATES))
     with pytest.raises(FmuError, match=r"save its state: fmi2GetFMUstate answered with status 3"):
-        fmu.save()
+        fmu.get_state()
 
 
 def test_a_dump_of_something_else_is_an_error(foreign: Foreign, start: Start) -> None:
     fmu = start(foreign(2, ports="typed", flags=STATES))
     with pytest.raises(FmuError, match="read a state"):
-        fmu.load(fmu.dump() + b"more")
+        fmu.deserialize(fmu.serialize() + b"more")
     with pytest.raises(FmuError, match="read a state"):
-        fmu.load(b"nothing")
+        fmu.deserialize(b"nothing")

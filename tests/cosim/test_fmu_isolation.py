@@ -64,42 +64,46 @@ def test_an_isolated_fmu_gives_the_same_to_the_bit(
     foreign: Foreign, start: Start, temporary: Path
 ) -> None:
     path = foreign(3, "WARN", ports="typed", flags=STATES)
-    here = FmuParticipant(path, parameters={"gain": 0.3})
-    here.initialize(0.0)
-    here.begin()
-    there = start(path, parameters={"gain": 0.3})
-    assert there.ports == here.ports
-    assert (there.can_save, there.can_dump, there.sha256) == (True, True, here.sha256)
+    direct = FmuParticipant(path, parameters={"gain": 0.3})
+    direct.initialize(0.0)
+    direct.begin()
+    isolated = start(path, parameters={"gain": 0.3})
+    assert isolated.ports == direct.ports
+    assert (isolated.can_get_and_set_state, isolated.can_serialize_state, isolated.sha256) == (
+        True,
+        True,
+        direct.sha256,
+    )
 
     def onward(fmu: FmuParticipant, first: int) -> list[dict[str, float]]:
-        seen = []
+        outputs = []
         for i in range(first, first + 5):
             fmu.write({"volume": 0.1 * i, "stride": i})
             fmu.step(i * 0.1, 0.1)
-            seen.append(dict(fmu.read()))
-        return seen
+            outputs.append(dict(fmu.read()))
+        return outputs
 
-    assert onward(there, 0) == onward(here, 0)
-    saved, dumped = there.save(), there.dump()
-    assert dumped == here.dump()
-    expected = onward(here, 5)
-    assert onward(there, 5) == expected
-    there.restore(saved)
-    assert onward(there, 5) == expected
-    there.release(saved)
-    there.load(dumped)
-    assert onward(there, 5) == expected
+    assert onward(isolated, 0) == onward(direct, 0)
+    saved, dumped = isolated.get_state(), isolated.serialize()
+    assert dumped == direct.serialize()
+    expected = onward(direct, 5)
+    assert onward(isolated, 5) == expected
+    isolated.set_state(saved)
+    assert onward(isolated, 5) == expected
+    isolated.free_state(saved)
+    isolated.deserialize(dumped)
+    assert onward(isolated, 5) == expected
     with pytest.raises(FmuError, match="the value is out of the range") as caught:
-        onward(there, 300)  # more than the FMU's eight bits hold
+        onward(isolated, 300)  # more than the FMU's eight bits hold
     assert "could not take {'volume': 30.0, 'stride': 300}" in str(caught.value)
     assert "  [warning] the filter is due (20 times)" in str(caught.value)
-    assert there.log.warnings == ["the filter is due"]
-    process = process_of(there)
+    assert isolated.log.warnings == ["the filter is due"]
+    process = process_of(isolated)
     assert is_alive(process)
-    there.close()
-    there.close()  # may be called twice
+    isolated.close()
+    isolated.close()  # may be called twice
     assert not is_alive(process)
-    here.close()
+    direct.close()
     assert list(temporary.iterdir()) == []
 
 
@@ -131,7 +135,7 @@ def test_a_hang_is_stopped_at_its_time_limit(foreign: Foreign, start: Start) -> 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("fault", "kind", "said"),
+    ("fault", "kind", "message"),
     [
         ("LOAD_CRASH", FmuCrashError, "it was to be loaded and initialized: its process ended"),
         ("LOAD_HANG", FmuTimeoutError, "was to be loaded and initialized and gave no answer"),
@@ -142,9 +146,9 @@ def test_a_hang_is_stopped_at_its_time_limit(foreign: Foreign, start: Start) -> 
     ],
 )
 def test_every_fault_in_a_process_ends_as_an_error(
-    foreign: Foreign, start: Start, fault: str, kind: type[FmuError], said: str
+    foreign: Foreign, start: Start, fault: str, kind: type[FmuError], message: str
 ) -> None:
-    with pytest.raises(kind, match=said):
+    with pytest.raises(kind, match=message):
         start(foreign(2, fault)).step(0.1, 0.1)
 
 

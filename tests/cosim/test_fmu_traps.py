@@ -25,11 +25,11 @@ from fmpy.fmi2 import FMU2Slave
 
 def run(path):
     folder = fmpy.extract(path)
-    said = fmpy.read_model_description(folder)
+    model = fmpy.read_model_description(folder)
     fmu = FMU2Slave(
-        guid=said.guid,
+        guid=model.guid,
         unzipDirectory=folder,
-        modelIdentifier=said.coSimulation.modelIdentifier,
+        modelIdentifier=model.coSimulation.modelIdentifier,
         instanceName="bare",
     )
     fmu.instantiate()
@@ -92,8 +92,8 @@ def test_one_after_the_other_they_do_too(plain: Plain) -> None:
 
 
 def test_bare_cannot_load_another_class_of_the_same_script_name(plain: Plain) -> None:
-    said = run_python(BARE, plain["two"], plain["other"]).stdout
-    assert "failed: Failed to instantiate" in said
+    message = run_python(BARE, plain["two"], plain["other"]).stdout
+    assert "failed: Failed to instantiate" in message
 
 
 def test_another_class_of_the_same_script_name_runs(plain: Plain) -> None:

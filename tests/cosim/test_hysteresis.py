@@ -127,13 +127,13 @@ def test_limbs_stay_between_the_asymptotes_whatever_the_swing(
 
 
 @pytest.mark.parametrize(
-    ("parameters", "said"),
+    ("parameters", "message"),
     [
         ({"frames": 119}, "frames = 119: expected an even number"),
-        ({"pressure_low": "40 cmH2O"}, "pressure_low = 40.0: expected at most pressure_high"),
+        ({"pressure_low": "40 cmH2O"}, "pressure_low = 40.0 cmH2O: expected at most pressure_high"),
     ],
 )
-def test_what_does_not_fit_is_refused(fmu: Path, parameters: dict[str, Any], said: str) -> None:
+def test_what_does_not_fit_is_refused(fmu: Path, parameters: dict[str, Any], message: str) -> None:
     with pytest.raises(FmuError) as caught:
         breathe(fmu, Lung(10.0, 0.05), 0.1, 1, **parameters)
-    assert said in str(caught.value)
+    assert message in str(caught.value)

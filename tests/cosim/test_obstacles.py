@@ -26,7 +26,7 @@ def test_a_body_among_obstacles_goes_on_from_bytes_to_the_bit(name: str) -> None
     first, twin = hit(name), hit(name)
     for k in range(12):
         first.step(k * 0.01, 0.01)
-    twin.load(first.dump())
+    twin.deserialize(first.serialize())
     assert twin.read() == first.read()
     for k in range(12, 20):
         first.step(k * 0.01, 0.01)
@@ -43,9 +43,9 @@ def test_ports_tell_how_near_walls_are_and_where_moving_ones_are() -> None:
     assert {"clearance", "plate_x", "plate_y", "plate_z"} <= set(body.ports)
     assert not any(port.startswith("table") for port in body.ports)
     body.step(0.0, 0.01)
-    seen = body.read()
-    assert seen["clearance"] > 0
-    place = [seen[f"plate_{axis}"] for axis in "xyz"]
+    outputs = body.read()
+    assert outputs["clearance"] > 0
+    place = [outputs[f"plate_{axis}"] for axis in "xyz"]
     assert place == body.body.state.obstacles[0].position.tolist()
 
 
@@ -58,7 +58,7 @@ def test_bytes_of_a_body_without_obstacles_are_refused_by_name() -> None:
     alone, among = SoftBodyParticipant(soft_ball([])), hit()
     before = among.body.state
     with pytest.raises(ParameterError, match="obstacles"):
-        among.load(alone.dump())
+        among.deserialize(alone.serialize())
     assert among.body.state is before
     with pytest.raises(ParameterError, match="obstacles"):
-        alone.load(among.dump())
+        alone.deserialize(among.serialize())

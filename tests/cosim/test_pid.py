@@ -43,15 +43,15 @@ def column(points: Points, name: str, of: str = "lung") -> np.ndarray:
 
 
 def test_volume_follows_a_step_with_one_lag(fmu: Path) -> None:
-    found = []
+    result = []
     for count in (100, 200, 400):
         times = np.arange(2 * count + 1) / count
         closed = 0.5 * (1 - np.exp(-times * GAIN / RESISTANCE))
         volume = column(follow(fmu, count, 2.0, **STEP), "volume")
-        found.append(np.abs(volume - closed).max())
+        result.append(np.abs(volume - closed).max())
     # Sampling delays the loop by half a frame: h/2 of the steepest slope, 0.5 K/R, and less.
-    assert found[0] < 0.5 * 0.01 * 0.5 * GAIN / RESISTANCE
-    np.testing.assert_allclose(np.divide(found[:-1], found[1:]), 2.0, rtol=0.05)
+    assert result[0] < 0.5 * 0.01 * 0.5 * GAIN / RESISTANCE
+    np.testing.assert_allclose(np.divide(result[:-1], result[1:]), 2.0, rtol=0.05)
 
 
 def test_volume_follows_a_sine_with_that_lag(fmu: Path) -> None:
@@ -95,15 +95,15 @@ def test_integral_does_not_wind_up_at_the_limit(fmu: Path) -> None:
 
 
 def _without_anti_windup(top: float, count: int, end: float) -> np.ndarray:
-    volume, integral, seen = 0.0, 0.0, []
+    volume, integral, outputs = 0.0, 0.0, []
     decay = math.exp(-1 / count / TAU)
     for _ in range(round(end * count)):
         error = 0.5 - volume
         rest = COMPLIANCE * min(GAIN * error + integral, top)
         integral += GAIN * error / TAU / count
         volume = rest + (volume - rest) * decay
-        seen.append(volume)
-    return np.array(seen)
+        outputs.append(volume)
+    return np.array(outputs)
 
 
 def test_output_is_the_law_written_out(fmu: Path) -> None:
@@ -136,16 +136,16 @@ def test_output_is_the_law_written_out(fmu: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("parameters", "said"),
+    ("parameters", "message"),
     [
         ({"quantity": "flow"}, "quantity = 'flow': expected 'volume' or 'pressure'"),
         ({"waveform": "saw"}, "waveform = 'saw': expected 'sine' or 'square'"),
         ({"integral_time": "0.01 s"}, "integral_time = 0.01 s: expected at least one frame"),
-        ({"delta_p_low": "200 cmH2O"}, "delta_p_low = 200.0: expected at most delta_p_high"),
-        ({"volume_low": "4 L"}, "volume_low = 4.0: expected at most volume_high = 3.0"),
+        ({"delta_p_low": "200 cmH2O"}, "delta_p_low = 200.0 cmH2O: expected at most delta_p_high"),
+        ({"volume_low": "4 L"}, "volume_low = 4.0 L: expected at most volume_high = 3.0 L"),
     ],
 )
-def test_what_does_not_fit_is_refused(fmu: Path, parameters: dict[str, Any], said: str) -> None:
+def test_what_does_not_fit_is_refused(fmu: Path, parameters: dict[str, Any], message: str) -> None:
     with pytest.raises(FmuError) as caught:
         breathe(fmu, Lung(10.0, 0.05), 0.1, 1, **parameters)
-    assert said in str(caught.value)
+    assert message in str(caught.value)

@@ -55,7 +55,7 @@ def test_breath_is_triggered_when_the_effort_draws_enough_flow(fmu: Path) -> Non
         "frame": "0.001 s",
     }
     points = breathe(fmu, Lung(RESISTANCE, COMPLIANCE), 0.001, 11_000, **parameters)
-    seen = phases(points)[10_000:]  # the second effort, on a lung at rest at PEEP: exp(-15)
+    outputs = phases(points)[10_000:]  # the second effort, on a lung at rest at PEEP: exp(-15)
 
     def flow(time: float) -> float:
         """Flow that a half sine draws into a lung at rest, L/min."""
@@ -64,7 +64,7 @@ def test_breath_is_triggered_when_the_effort_draws_enough_flow(fmu: Path) -> Non
         size = COMPLIANCE * effort * omega / (1 + (omega * TAU) ** 2)
         return 60 * size * (answer - math.exp(-time / TAU))
 
-    triggered = seen.index(1.0) * 0.001
+    triggered = outputs.index(1.0) * 0.001
     # The effort is held over each millisecond, which delays it by half of one.
     assert flow(triggered - 0.003) < trigger < flow(triggered + 0.001)
 
@@ -72,8 +72,10 @@ def test_breath_is_triggered_when_the_effort_draws_enough_flow(fmu: Path) -> Non
 @pytest.mark.parametrize(("effort", "breaths"), [(0.0, 1), (0.3, 1), (5.0, 3)])
 def test_each_strong_effort_makes_one_breath(fmu: Path, effort: float, breaths: int) -> None:
     parameters = {"effort": f"{effort} cmH2O", "frame": "0.01 s"}
-    seen = phases(breathe(fmu, Lung(RESISTANCE, COMPLIANCE), FRAME, 1200, **parameters))
-    starts = [i for i in range(len(seen)) if seen[i] == 1.0 and (i == 0 or seen[i - 1] == 0.0)]
+    outputs = phases(breathe(fmu, Lung(RESISTANCE, COMPLIANCE), FRAME, 1200, **parameters))
+    starts = [
+        i for i in range(len(outputs)) if outputs[i] == 1.0 and (i == 0 or outputs[i - 1] == 0.0)
+    ]
     assert len(starts) == breaths
 
 
@@ -96,12 +98,12 @@ def test_breath_that_flow_does_not_end_is_ended_by_time(fmu: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("parameters", "said"),
+    ("parameters", "message"),
     [
         ({"effort_time": "4 s"}, r"effort_time = 4\.0 s: expected less than the breath's 4 s"),
         ({"cycle_off": 1.5}, "cycle_off = 1.5: expected at most 1"),
     ],
 )
-def test_what_does_not_fit_is_refused(fmu: Path, parameters: dict[str, Any], said: str) -> None:
-    with pytest.raises(FmuError, match=said):
+def test_what_does_not_fit_is_refused(fmu: Path, parameters: dict[str, Any], message: str) -> None:
+    with pytest.raises(FmuError, match=message):
         breathe(fmu, Lung(10.0, 0.05), FRAME, 1, **parameters)

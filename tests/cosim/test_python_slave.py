@@ -13,7 +13,7 @@ import pytest
 
 from cosim import FmuError, FmuParticipant
 from cosim.controllers import CONTROLLERS, build
-from cosim.fmu.check import check_fmu
+from cosim.controllers.check import check_fmu
 from cosim.fmu.isolation import IsolatedFmu, open_fmu
 from cosim.participant import Causality
 from cosim.soft_body import body_ports
@@ -53,25 +53,25 @@ def test_both_ways_are_the_same_controller_to_the_bit(
     shipped: Mapping[str, Path], name: str
 ) -> None:
     """Two breaths, with a state that is saved, gone back to, and written down."""
-    seen, ports, data = {}, {}, {}
+    series, ports, data = {}, {}, {}
     for way in BOTH:
         fmu = start(FmuParticipant(shipped[name], run_as=way))
         try:
             assert fmu.run_as == way
             ports[way] = dict(fmu.ports)
             first = walk(fmu, 0, FRAMES // 3)
-            saved, data[way] = fmu.save(), fmu.dump()
+            saved, data[way] = fmu.get_state(), fmu.serialize()
             onward = walk(fmu, FRAMES // 3, 2 * FRAMES)
-            fmu.restore(saved)
+            fmu.set_state(saved)
             assert walk(fmu, FRAMES // 3, 2 * FRAMES) == onward
-            fmu.release(saved)
-            fmu.load(data[way])
+            fmu.free_state(saved)
+            fmu.deserialize(data[way])
             assert walk(fmu, FRAMES // 3, 2 * FRAMES) == onward
-            seen[way] = [*first, *onward]
+            series[way] = [*first, *onward]
         finally:
             fmu.close()
-    assert len({tuple(row.items()) for row in seen["fmu"]}) > 1  # it does something
-    assert seen["fmu"] == seen["python"]
+    assert len({tuple(row.items()) for row in series["fmu"]}) > 1  # it does something
+    assert series["fmu"] == series["python"]
     assert ports["fmu"] == ports["python"]
     assert data["fmu"] == data["python"]  # so a checkpoint goes on the other way, too
 
@@ -84,7 +84,7 @@ def test_a_state_written_down_one_way_is_read_the_other(
     one, two = (start(FmuParticipant(shipped["pid"], run_as=w)) for w in (way, other))
     try:
         walk(one, 0, 30)
-        two.load(one.dump())
+        two.deserialize(one.serialize())
         assert walk(one, 30, 60) == walk(two, 30, 60)
     finally:
         one.close()
@@ -261,7 +261,7 @@ def test_inputs_reach_a_script_as_plain_numbers(tmp_path: Path) -> None:
         fmu.write({name: np.float64(1) for name in inputs})
         fmu.step(0.0, FRAME)
         assert fmu.read() == {"ok": 1.0}
-        assert math.isfinite(len(fmu.dump()))
+        assert math.isfinite(len(fmu.serialize()))
         with pytest.raises(FmuError, match="out of the range"):
             fmu.write(dict.fromkeys(inputs, 1e12))
         fmu.close()
@@ -270,8 +270,8 @@ def test_inputs_reach_a_script_as_plain_numbers(tmp_path: Path) -> None:
 def test_a_check_says_that_a_script_is_run_as_python(
     shipped: Mapping[str, Path], repacked: Callable[..., Path]
 ) -> None:
-    found = check_fmu(repacked(shipped["pid"], without_binaries), body_ports())
-    assert found.ok
-    assert [f.text for f in found.findings] == [
+    result = check_fmu(repacked(shipped["pid"], without_binaries), body_ports())
+    assert result.ok
+    assert [f.text for f in result.findings] == [
         "has no binary for this machine, so its script is run as Python"
     ]

@@ -8,7 +8,7 @@ from cosim import CommunicationPoint, Recorder, UnitError, Variable
 from tests.cosim.helpers import Source
 
 SOURCES = [Source(0.0, "cmH2O", "x"), Source(0.0, "Pa", "y"), Source(0.0, None, "z")]
-ONE = Variable("pressure", ("x.y",), "Pa", "airway pressure")
+SINGLE = Variable("pressure", ("x.y",), "Pa", "airway pressure")
 BASES = (1.0, 10.0, 100.0)
 
 
@@ -22,7 +22,7 @@ def recorded(*variables: Variable) -> xr.Dataset:
 
 
 def test_values_are_converted_to_the_units_of_the_variable() -> None:
-    pressure = recorded(ONE)["pressure"]
+    pressure = recorded(SINGLE)["pressure"]
     assert pressure.dims == ("time",)
     assert pressure.values == pytest.approx([98.0665, 196.133], rel=1e-15)  # one product
     assert pressure.attrs == {"units": "Pa", "long_name": "airway pressure"}
@@ -32,9 +32,9 @@ def test_values_are_converted_to_the_units_of_the_variable() -> None:
     ("source", "units", "first"), [("x.y", "cmH2O", 1.0), ("y.y", "Pa", 10.0), ("z.y", "1", 100.0)]
 )
 def test_without_units_those_of_the_port_stay(source: str, units: str, first: float) -> None:
-    kept = recorded(Variable("kept", (source,), None, "as it is"))["kept"]
-    assert kept.attrs["units"] == units
-    assert kept.values.tolist() == [first, 2 * first]
+    as_it_is = recorded(Variable("kept", (source,), None, "as it is"))["kept"]
+    assert as_it_is.attrs["units"] == units
+    assert as_it_is.values.tolist() == [first, 2 * first]
 
 
 def test_three_sources_lie_along_an_axis() -> None:
@@ -55,7 +55,7 @@ def test_variables_keep_their_own_columns() -> None:
 
 
 def test_time_is_in_seconds_to_the_bit() -> None:
-    time = recorded(ONE).time
+    time = recorded(SINGLE).time
     assert time.values.tolist() == [5.0, 5.1]
     assert (time.units, time.long_name) == ("s", "simulated time")
 
@@ -66,7 +66,7 @@ def test_further_attributes_are_kept() -> None:
 
 
 def test_nothing_recorded_gives_an_empty_dataset() -> None:
-    dataset = Recorder(SOURCES, [ONE]).dataset()
+    dataset = Recorder(SOURCES, [SINGLE]).dataset()
     assert dataset["pressure"].shape == (0,)
     assert dataset["pressure"].dtype == np.float64
 

@@ -25,32 +25,37 @@ def twins(method: str) -> Twin:
 
 def onward(body: SoftBodyParticipant, first: int) -> list[object]:
     """What a body does from one step on, and where its points end."""
-    seen: list[object] = []
+    outputs: list[object] = []
     for i in range(first, first + 4):
         body.write({"delta_p": 200.0 * i})
         body.step(i / 120, 1 / 120)
-        seen.append(dict(body.read()))
-    return [*seen, body.body.positions.tobytes(), body.body.velocities.tobytes(), body.body.work]
+        outputs.append(dict(body.read()))
+    return [
+        *outputs,
+        body.body.positions.tobytes(),
+        body.body.velocities.tobytes(),
+        body.body.counters,
+    ]
 
 
 @pytest.mark.parametrize("method", INTEGRATORS)
 def test_what_follows_a_saved_state_repeats_to_the_bit(method: str) -> None:
     twin = twins(method)
     body = twin()
-    assert body.can_save
-    assert body.can_dump
+    assert body.can_get_and_set_state
+    assert body.can_serialize_state
     body.write({"n": 40_000.0})
     onward(body, 0)
-    saved, dumped, seen = body.save(), body.dump(), dict(body.read())
+    saved, dumped, outputs = body.get_state(), body.serialize(), dict(body.read())
     expected = onward(body, 4)
     for _ in range(2):  # as often as need be
-        body.restore(saved)
-        assert body.read() == seen
+        body.set_state(saved)
+        assert body.read() == outputs
         assert onward(body, 4) == expected
-    body.release(saved)
+    body.free_state(saved)
     other = twin()  # as in another process
-    other.load(dumped)
-    assert other.read() == seen
+    other.deserialize(dumped)
+    assert other.read() == outputs
     assert onward(other, 4) == expected
 
 
@@ -58,14 +63,14 @@ def test_a_state_of_another_body_is_refused() -> None:
     body = twins("sdirk2")()
     other = SoftBodyParticipant(build_body(scenarios.load("sphere-lung", {"mesh.icosphere": 2})))
     with pytest.raises(ParameterError, match="162 points, this one has 42"):
-        body.load(other.dump())
+        body.deserialize(other.serialize())
 
 
 def test_a_damaged_state_is_refused() -> None:
     body = twins("sdirk2")()
-    for damaged in (body.dump()[:-40], b"no pickle at all"):
+    for damaged in (body.serialize()[:-40], b"no pickle at all"):
         with pytest.raises(ParameterError, match="cannot be read"):
-            body.load(damaged)
+            body.deserialize(damaged)
 
 
 class Harm:
@@ -94,8 +99,8 @@ def test_a_file_calls_nothing(tmp_path: Path) -> None:
         Harm(SoftBody.__init__),
     ):
         with pytest.raises(ParameterError, match="it names"):
-            body.load(pickle.dumps(harm))
+            body.deserialize(pickle.dumps(harm))
     for name in ("np.memmap", "np.save", "SoftBody.step"):
         with pytest.raises(ParameterError, match=f"it names softbody_core.body.{name}"):
-            body.load(calling("softbody_core.body", name))
+            body.deserialize(calling("softbody_core.body", name))
     assert list(tmp_path.iterdir()) == []

@@ -45,13 +45,13 @@ def test_step_is_the_step_of_the_body(body: SoftBody) -> None:
     for i, delta_p in enumerate([300.0, -100.0]):
         participant.write({"delta_p": delta_p, "n": 5e4})
         participant.step(i * 0.01, 0.01)
-        seen = twin.step(0.01, delta_p=delta_p, n=5e4)
+        observation = twin.step(0.01, delta_p=delta_p, n=5e4)
     values = participant.read()
     for name in ("volume", "bounding_box_volume", "pressure", "alveolar_pressure", "flow"):
-        assert values[name] == getattr(seen, name)
+        assert values[name] == getattr(observation, name)
     for i, end in enumerate(["min", "max"]):
         corner = [values[f"bounding_box_{end}_{axis}"] for axis in "xyz"]
-        assert corner == seen.bounding_box[i].tolist()
+        assert corner == observation.bounding_box[i].tolist()
     assert values["pressure"] != values["alveolar_pressure"]  # so that the two are told apart
 
 

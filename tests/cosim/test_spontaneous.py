@@ -33,21 +33,21 @@ def errors(
     fmu: Path, closed: Callable[[float], float], end: float, **parameters: str
 ) -> list[float]:
     """Largest error of the volume at frames of 20, 10 and 5 ms."""
-    found = []
+    result = []
     for count in (50, 100, 200):
         frame, steps = 1 / count, round(end * count)
         lung = Lung(RESISTANCE, COMPLIANCE)
         points = breathe(fmu, lung, frame, steps, frame=f"1/{count} s", **parameters)
         off = [abs(p["lung"]["volume"] - closed(i * frame)) for i, p in enumerate(points)]
-        found.append(max(off))
-    return found
+        result.append(max(off))
+    return result
 
 
-def check_first_order(found: list[float], size: float) -> None:
+def check_first_order(result: list[float], size: float) -> None:
     """Pressure held over a frame is late by half of one: an error of the order of the frame."""
     # Half a frame of the steepest rise, size/τ at most, with room for the second order.
-    assert found[0] < 0.5 * 0.02 * size / TAU * 1.2
-    ratios = np.array(found[:-1]) / np.array(found[1:])
+    assert result[0] < 0.5 * 0.02 * size / TAU * 1.2
+    ratios = np.array(result[:-1]) / np.array(result[1:])
     np.testing.assert_allclose(ratios, 2.0, rtol=0.05)  # the second order is 2 % of the first
 
 
@@ -61,8 +61,8 @@ def test_cpap_lung_follows_a_half_sine(cpap: Path) -> None:
         volume = size * (math.sin(wt) - omega * TAU * math.cos(wt) + omega * TAU * decay)
         return volume * math.exp(-max(time - length, 0.0) / TAU)
 
-    said = {"pressure": "0 cmH2O", "effort": "6 cmH2O", "effort_time": "1.5 s"}
-    check_first_order(errors(cpap, closed, 4.0, **said), COMPLIANCE * effort)
+    message = {"pressure": "0 cmH2O", "effort": "6 cmH2O", "effort_time": "1.5 s"}
+    check_first_order(errors(cpap, closed, 4.0, **message), COMPLIANCE * effort)
 
 
 def test_cpap_lung_follows_the_ramp(cpap: Path) -> None:
@@ -77,10 +77,10 @@ def test_cpap_lung_follows_the_ramp(cpap: Path) -> None:
         top = COMPLIANCE * pressure
         return top + (rising(ramp) - top) * math.exp(-(time - ramp) / TAU)
 
-    said = {"pressure": "8 cmH2O", "ramp_time": "2 s", "effort": "0 cmH2O"}
-    found = errors(cpap, closed, 4.0, **said)
+    message = {"pressure": "8 cmH2O", "ramp_time": "2 s", "effort": "0 cmH2O"}
+    result = errors(cpap, closed, 4.0, **message)
     # The ramp is reached at the end of a frame, so the pressure is half a frame early.
-    check_first_order(found, COMPLIANCE * pressure)
+    check_first_order(result, COMPLIANCE * pressure)
 
 
 def test_cpap_without_an_effort_is_one_pressure(cpap: Path) -> None:

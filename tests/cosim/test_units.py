@@ -42,11 +42,11 @@ def test_temperature_scale_has_an_offset() -> None:
 
 
 @pytest.mark.parametrize(
-    ("one", "other"),
+    ("first", "other"),
     [("m3/s", "m3.s-1"), ("m^3", "m3"), ("N.s/m", "kg/s"), ("cmH2O.s/L", "Pa.s/m3"), ("J", "N.m")],
 )
-def test_spellings_of_one_dimension_agree(one: str, other: str) -> None:
-    assert unit(one).dimension == unit(other).dimension
+def test_spellings_of_one_dimension_agree(first: str, other: str) -> None:
+    assert unit(first).dimension == unit(other).dimension
 
 
 @settings(max_examples=60, deadline=None)
@@ -57,9 +57,9 @@ def test_spellings_of_one_dimension_agree(one: str, other: str) -> None:
     st.floats(-1e6, 1e6),
 )
 def test_there_and_back_is_the_same_value(pair: tuple[str, str], value: float) -> None:
-    one, other = map(unit, pair)
-    factor, offset = one.conversion_to(other)
-    back, back_offset = other.conversion_to(one)
+    first, other = map(unit, pair)
+    factor, offset = first.conversion_to(other)
+    back, back_offset = other.conversion_to(first)
     # A few roundings, of the value and of offsets of up to 460 degrees.
     assert back * (factor * value + offset) + back_offset == pytest.approx(
         value, rel=1e-14, abs=1e-12
@@ -117,10 +117,10 @@ def test_what_the_library_says_of_a_unit_is_in_the_message() -> None:
         quantity("1 xyz", "L")
 
 
-@pytest.mark.parametrize(("one", "other"), [("L", "cmH2O"), ("m3", "m3/s"), ("s", "s-1")])
-def test_units_of_different_things_do_not_convert(one: str, other: str) -> None:
+@pytest.mark.parametrize(("first", "other"), [("L", "cmH2O"), ("m3", "m3/s"), ("s", "s-1")])
+def test_units_of_different_things_do_not_convert(first: str, other: str) -> None:
     with pytest.raises(UnitError, match="cannot be converted"):
-        unit(one).conversion_to(unit(other))
+        unit(first).conversion_to(unit(other))
 
 
 @pytest.mark.parametrize(

@@ -60,7 +60,8 @@ def test_the_first_step_spoils_a_parabola_that_cannot_begin_again() -> None:
     """One step with an error of second order, of which the constant is small, stays behind."""
     method = Jacobi("quadratic")
     again, once = (
-        np.array([error(method, int(n), can_save=can) for n in COUNTS]) for can in (True, False)
+        np.array([error(method, int(n), can_get_and_set_state=can) for n in COUNTS])
+        for can in (True, False)
     )
     left = np.abs(once - again)
     assert (left > 0).all()

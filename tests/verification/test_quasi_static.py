@@ -204,7 +204,7 @@ def test_a_runaway_is_named_and_leaves_no_trace(resistance):
     body, twin = (sphere(QuasiStatic(), resistance=resistance) for _ in range(2))
     for one in (body, twin):
         one.step(0.1, 900.0)
-    before = body.save()
+    before = body.get_state()
     with pytest.raises(DivergenceError, match=r"volume over rest volume became 1[0-9]{3}"):
         body.step(1000.0, 6000.0)
     assert body.state is before.state
@@ -219,12 +219,12 @@ def test_restoring_in_the_middle_of_a_breath_repeats_to_the_bit():
     """Also the path: what is learned later must not lead the body elsewhere."""
     body = sphere(QuasiStatic())
     breathe(body, [900.0, 1500.0, 300.0])
-    saved = body.save()
+    saved = body.get_state()
     onward = [200.0, -300.0, 1800.0, 0.0, 600.0]
     volumes, positions, work = breathe(body, onward), body.positions, body.counters
     breathe(body, [2500.0, -500.0, 2500.0])  # shapes that were not known at the saved point
     assert body.counters.force_evaluations > work.force_evaluations
-    body.restore(saved)
+    body.set_state(saved)
     np.testing.assert_array_equal(breathe(body, onward), volumes)
     np.testing.assert_array_equal(body.positions, positions)
     assert body.counters == work

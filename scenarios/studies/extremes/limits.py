@@ -157,4 +157,4 @@ def _estimated(kind: Scheme, model: SoftBodyModel, scale: float) -> float:
     body = SoftBody(model, kind(safety=1.0))
     span = 1000 * scale
     body.step(span)
-    return span / body.work.steps
+    return span / body.counters.steps

@@ -119,7 +119,7 @@ def try_case(case: Case, integrator: Integrator, seconds: float) -> Trial:
         finite=bool(finite),
         volume_ratio=Configuration(case.mesh, state.positions).volume / case.mesh.volume,
         points=(body.positions - case.mesh.points.mean(axis=0)) / case.radius,
-        inner_steps=body.work.steps,
+        inner_steps=body.counters.steps,
         wall_time=wall_time,
         warned=tuple(dict.fromkeys(str(warning.message) for warning in warned)),
     )

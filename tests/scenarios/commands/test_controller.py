@@ -84,7 +84,9 @@ def test_check_shows_faults_and_ports(cli: Cli, fmu: Callable[[str], Path]) -> N
 def test_check_takes_the_names_of_a_scenario(
     cli: Cli, fmu: Callable[[str], Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("cosim.fmu.check.try_fmu", lambda *_: [])  # a process takes a second
+    monkeypatch.setattr(
+        "cosim.controllers.check.try_fmu", lambda *_: []
+    )  # a process takes a second
     text = scenarios.load("sphere-lung").text
     ports = '[controller.ports]\ndelta_p = "Paw"\nvolume = { variable = "V_lung", unit = "mL" }\n'
     (tmp_path / "mine.toml").write_text(f"{text}\n{ports}")

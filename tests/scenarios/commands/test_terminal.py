@@ -10,7 +10,7 @@ from scenarios.commands.run_report import show_breaths, show_controller
 from scenarios.commands.terminal import Terminal
 from scenarios.running.progress import StudyProgress
 from scenarios.scene.controller import Controller
-from softbody_core import Work
+from softbody_core import Counters
 
 
 def _terminal(*, quiet: bool = False) -> tuple[Terminal, io.StringIO]:
@@ -48,7 +48,7 @@ def test_a_run_without_a_breath_says_so(sphere: xr.Dataset) -> None:
 def test_the_bar_shows_time_and_speed() -> None:
     terminal, out = _terminal()
     with terminal.run_bar() as show:
-        show(Progress(time=1.0, duration=4.0, wall_time=0.25, work=Work()))
+        show(Progress(time=1.0, duration=4.0, wall_time=0.25, counters=Counters()))
     assert "1.00 of 4.00 s simulated" in out.getvalue()
     assert "4.0 × real time" in out.getvalue()
 
@@ -64,7 +64,7 @@ def test_the_bar_of_a_study_names_what_goes_on_and_counts_the_parts() -> None:
 def test_a_quiet_console_stays_empty(sphere: xr.Dataset) -> None:
     terminal, out = _terminal(quiet=True)
     with terminal.run_bar() as show:
-        show(Progress(time=1.0, duration=4.0, wall_time=0.25, work=Work()))
+        show(Progress(time=1.0, duration=4.0, wall_time=0.25, counters=Counters()))
     show_breaths(terminal, sphere)
     assert out.getvalue() == ""
 

@@ -206,24 +206,24 @@ def test_a_parameter_decides_what_is_seen_before_the_first_step(
 def test_saving_and_restoring_is_exact(export: Export, tiny: Scenario, fmi: int) -> None:
     fmu = export(tiny, fmi)
     with running(fmu, {"forces.alpha": 0.5}) as body, running(fmu) as other:
-        assert (body.can_save, body.can_dump) == (True, True)
+        assert (body.can_get_and_set_state, body.can_serialize_state) == (True, True)
         onward(body, 0)
-        saved, dumped, seen = body.save(), body.dump(), dict(body.read())
+        saved, dumped, seen = body.get_state(), body.serialize(), dict(body.read())
         expected = onward(body, 4)
         for _ in range(2):
-            body.restore(saved)
+            body.set_state(saved)
             assert dict(body.read()) == seen
             assert onward(body, 4) == expected
-        body.release(saved)
-        other.load(dumped)  # its own parameters give way to those of the state
+        body.free_state(saved)
+        other.deserialize(dumped)  # its own parameters give way to those of the state
         assert onward(other, 4) == expected
 
 
 def test_a_state_from_before_the_first_step_can_be_restored(export: Export, tiny: Scenario) -> None:
     with running(export(tiny)) as body:
-        saved = body.save()
+        saved = body.get_state()
         expected = onward(body, 0)
-        body.restore(saved)
+        body.set_state(saved)
         assert onward(body, 0) == expected
 
 
@@ -408,17 +408,17 @@ def test_a_state_from_before_a_late_parameter_goes_on(
     parameter = ["forces.alpha"]
     with running(export(tiny, fmi)) as body:
         onward(body, 0)
-        saved = body.save()
+        saved = body.get_state()
         expected = onward(body, 4)
-        body.restore(saved)
+        body.set_state(saved)
         late = by_type(body._calls, [body._variables[name] for name in parameter])
         late[0].write({"forces.alpha": 2.0})
-        spoilt = body.save()
+        spoilt = body.get_state()
         with pytest.raises(FmuError, match=r"forces.alpha = 2.0 came too late"):
             onward(body, 4)
-        body.restore(saved)
+        body.set_state(saved)
         assert onward(body, 4) == expected
-        body.restore(spoilt)  # it is part of what was saved
+        body.set_state(spoilt)  # it is part of what was saved
         with pytest.raises(FmuError, match="too late"):
             onward(body, 4)
         late[0].write({"forces.alpha": 1.0})  # as it was

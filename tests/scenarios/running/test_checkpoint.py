@@ -28,6 +28,7 @@ from scenarios.results.files import save
 from scenarios.running import session
 from scenarios.running.checkpoint import read
 from scenarios.scene.parse import parse
+from tests.cosim.helpers import with_extrapolation
 from tests.scenarios.conftest import Cli
 
 
@@ -100,7 +101,7 @@ def test_a_run_that_was_killed_goes_on_to_the_bit(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ALGORITHMS)
 def test_every_algorithm_goes_on_to_the_bit(short: Scenario, name: str, tmp_path: Path) -> None:
-    coupling = {"algorithm": name, "extrapolation": "quadratic", "step": "1/30 s"}
+    coupling = {"algorithm": name, "step": "1/30 s", **with_extrapolation(name, "quadratic")}
     scene = short.changed({"coupling": coupling})
     resumed = broken_and_resumed(scene, tmp_path / "a.checkpoint")
     assert_same(resumed, scenarios.run(scene))

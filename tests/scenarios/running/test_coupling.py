@@ -12,9 +12,7 @@ import scenarios
 from cosim import ALGORITHMS, CouplingError, Iterated
 from scenarios import RunError, Scenario, ScenarioError
 from scenarios.studies.trade.settings import put_all
-
-EXACT = {"adaptive": 2}
-"""Halvings of each step with nothing to divide it for; others repeat Gauss-Seidel."""
+from tests.cosim.helpers import with_extrapolation
 
 
 @pytest.fixture(scope="module")
@@ -31,16 +29,17 @@ def short(small: Scenario) -> Scenario:
 
 
 @pytest.mark.parametrize("extrapolation", ["constant", "quadratic"])
-@pytest.mark.parametrize("name", sorted(set(ALGORITHMS) - {"jacobi"}))
+@pytest.mark.parametrize("name", [n for n, kind in ALGORITHMS.items() if kind().in_turn])
 def test_a_sampled_controller_leaves_nothing_to_improve(
     short: Scenario, name: str, extrapolation: str
 ) -> None:
     """It acts at frames, on the volume at a frame: Gauss-Seidel is exact, and all others agree."""
-    plain = scenarios.run(short.changed({"coupling.step": f"1/{30 * EXACT.get(name, 1)} s"}))
-    other = {"algorithm": name, "extrapolation": extrapolation, "step": "1/30 s"}
+    parts = ALGORITHMS[name].least_parts
+    plain = scenarios.run(short.changed({"coupling.step": f"1/{30 * parts} s"}))
+    other = {"algorithm": name, "step": "1/30 s", **with_extrapolation(name, extrapolation)}
     found = scenarios.run(short.changed({"coupling": other}))
-    every = plain["volume"].to_numpy()[:: EXACT.get(name, 1)]
-    if name == "adaptive":  # the times of its halves are rounded another way: i·h/2 and i·h + h/2
+    every = plain["volume"].to_numpy()[::parts]
+    if parts > 1:  # the times of parts are rounded another way: i·h/2 and i·h + h/2
         np.testing.assert_allclose(found["volume"], every, rtol=1e-9)
     else:
         np.testing.assert_array_equal(found["volume"], every)

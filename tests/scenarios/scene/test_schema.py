@@ -16,6 +16,7 @@ from cosim import ALGORITHMS, Jacobi
 from scenarios import Scenario, ScenarioError
 from scenarios.scene.parse import parse
 from softbody_core import MassSpring, SurfaceSPH, VelocityVerlet
+from tests.cosim.helpers import with_extrapolation
 
 numbers = st.floats(min_value=1e-3, max_value=1e3)
 
@@ -33,8 +34,13 @@ CHANGES = st.fixed_dictionaries(
         "controller.use": st.sampled_from(["paper", "pressure-control", "/a b/x.fmu"]),
         "controller.paper.frames": st.integers(2, 200),
         "integrator.tolerance": st.floats(min_value=1e-9, max_value=1.0),
-        "coupling.algorithm": st.sampled_from(list(ALGORITHMS)),
-        "coupling.extrapolation": st.sampled_from(["constant", "quadratic"]),
+        "coupling": st.sampled_from(
+            [
+                {"step": "1/30 s", "algorithm": name, **with_extrapolation(name, degree)}
+                for name in ALGORITHMS
+                for degree in ("constant", "quadratic")
+            ]
+        ),
         "run.cycles": st.integers(1, 50),
     },
 )

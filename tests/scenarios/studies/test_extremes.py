@@ -41,10 +41,9 @@ from softbody_core import (
     SoftBodyModel,
     State,
     SurfaceSPH,
-    Work,
 )
 from softbody_core.configuration import Configuration
-from softbody_core.integrators import Stepper
+from softbody_core.integrators import Counters, Stepper
 from tests.core import tangents
 
 SECONDS = 10.0
@@ -200,7 +199,7 @@ class Misbehaving:
 
 class _Misbehaving(Stepper):
     def __init__(self, act, model):
-        self.counters, self._act, self._model = Work(), act, model
+        self.counters, self._act, self._model = Counters(), act, model
 
     def advance(self, state, inputs, dt):
         moved = self._act(state, inputs, self._model)

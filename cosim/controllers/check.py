@@ -13,13 +13,16 @@ from fmpy.validation import validate_fmu
 
 from cosim.errors import FmuError
 from cosim.fmu.description import read_description
-from cosim.fmu.findings import FINDERS, FRAME, Finding, Subject, numeric_ports, told
+from cosim.fmu.findings import FINDERS, Finding, Subject, numeric_ports
 from cosim.fmu.folder import FmuFolder
 from cosim.fmu.steps import fixed_step
 from cosim.fmu.trial import try_fmu
 from cosim.matching import PortName, match, with_units
 from cosim.participant import Causality, Port
 from cosim.units import UnitError
+
+FRAME: Final = 1 / 30
+"""Communication step of the scenarios that ship, s."""
 
 _AT_REST: Final = {"volume": 2.5e-3, "bounding_box_volume": 5e-3}
 """What a lung gives in a trial, SI; 0 for the rest."""
@@ -91,7 +94,7 @@ def check_fmu(
     try:
         folder = FmuFolder(path)
     except FmuError as error:
-        return Check("", [], [Finding(told(path, error), fault=True)])
+        return Check("", [], [Finding.of(path, error)])
     try:
         return _check(path, folder, body, names or {})
     finally:
@@ -105,7 +108,7 @@ def _check(
     try:
         description = read_description(path, folder)
     except FmuError as error:
-        findings.append(Finding(told(path, error), fault=True))
+        findings.append(Finding.of(path, error))
         try:
             description = fmpy.read_model_description(str(folder.path), validate=False)
         except Exception:  # it was said above
@@ -113,11 +116,12 @@ def _check(
     title = f"FMI {description.fmiVersion}, {description.modelName}"
     if description.coSimulation is None:
         return Check(title, [], findings)
-    subject = Subject(path, folder.path, description)
+    subject = Subject(path, folder.path, description, FRAME)
     ports, of_ports = numeric_ports(subject)
     uses, of_uses = _uses(with_units(ports, names), body, names)
     findings += [*of_ports, *of_uses]
     findings += [finding for find in FINDERS for finding in find(subject)]
+    findings += _breaths(ports)
     if not any(finding.fault for finding in findings):
         inputs = {
             use.port.name: use.factor * _AT_REST.get(use.partner.name, 0.0) + use.offset
@@ -126,10 +130,22 @@ def _check(
         }
         findings += try_fmu(path, inputs, _trial_step(subject, description))
     findings += [
-        Finding(f"fmpy validate: {' '.join(said.split())}") for said in validate_fmu(str(path))
+        Finding(f"fmpy validate: {' '.join(text.split())}") for text in validate_fmu(str(path))
     ]
     unique = list(dict.fromkeys(findings))
     return Check(title, uses, sorted(unique, key=lambda finding: not finding.fault))
+
+
+def _breaths(ports: Mapping[str, Port]) -> list[Finding]:
+    """What is missing to tell breaths apart."""
+    if "phase" in ports and ports["phase"].causality is Causality.OUTPUT:
+        return []
+    return [
+        Finding(
+            "no output phase (1 inhaling, 0 exhaling): breaths are told apart by the lows of the "
+            "volume"
+        )
+    ]
 
 
 def _uses(
@@ -137,8 +153,8 @@ def _uses(
 ) -> tuple[list[PortUse], list[Finding]]:
     """What each port connects to, and what is wrong with that."""
     matching = match(ports, body, names)
-    findings = [Finding(text, fault=True) for text in matching.faults]
-    partners = {variable: body[own] for variable, own in matching.pairs}
+    findings = [Finding(f.text, fault=True, settings=f.settings) for f in matching.faults]
+    partners = {variable: body[name] for variable, name in matching.pairs}
     uses = []
     for port in ports.values():
         partner = partners.get(port.name)
@@ -147,18 +163,19 @@ def _uses(
             try:
                 factor, offset = _conversion(port, partner)
             except UnitError as error:
-                findings.append(Finding(str(error), fault=True))
+                settings = (f"names.{partner.name}",)
+                findings.append(Finding(str(error), fault=True, settings=settings))
         uses.append(PortUse(port, partner, factor, offset))
     return uses, findings
 
 
 def _conversion(port: Port, partner: Port) -> tuple[float, float]:
-    cure = f'controller.ports.{partner.name} = {{ variable = "{port.name}", unit = "…" }}'
+    cure = f'names.{partner.name} = {{ variable = "{port.name}", unit = "…" }}'
     what = f"{port.causality.value} {port.name}, for the body's {partner.name}"
     given, taken = port.unit, partner.unit
     if given is None or taken is None:
         wanted = "" if taken is None else f"; expected one that converts to {taken.symbol!r}"
-        raise UnitError(f"{what}, declares no unit{wanted}. Or give it in the scenario: {cure}")
+        raise UnitError(f"{what}, declares no unit{wanted}. Or give it: {cure}")
     if port.causality is Causality.INPUT:
         given, taken = taken, given
     try:
@@ -171,5 +188,5 @@ def _trial_step(subject: Subject, description: ModelDescription) -> float:
     """A frame, or the FMU's own step where it takes no other."""
     fixed = fixed_step(subject.path, description, subject.folder)
     experiment = description.defaultExperiment
-    own = description.coSimulation.fixedInternalStepSize or (experiment and experiment.stepSize)
-    return FRAME if fixed is None or not own else float(own)
+    length = description.coSimulation.fixedInternalStepSize or (experiment and experiment.stepSize)
+    return FRAME if fixed is None or not length else float(length)

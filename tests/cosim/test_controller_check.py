@@ -11,7 +11,7 @@ import pytest
 from fmpy.validation import validate_fmu
 
 from cosim.controllers import CONTROLLERS
-from cosim.fmu.check import Check, check_fmu
+from cosim.controllers.check import Check, check_fmu
 from cosim.fmu.trial import try_fmu
 from cosim.matching import PortName
 from cosim.soft_body import body_ports
@@ -34,9 +34,9 @@ def real(root: ET.Element, name: str) -> ET.Element:
 
 
 def declared(root: ET.Element, symbol: str) -> ET.Element:
-    found = root.find(f"UnitDefinitions/Unit[@name='{symbol}']/BaseUnit")
-    assert found is not None
-    return found
+    listed = root.find(f"UnitDefinitions/Unit[@name='{symbol}']/BaseUnit")
+    assert listed is not None
+    return listed
 
 
 def wrong_base_unit(root: ET.Element) -> None:
@@ -81,9 +81,9 @@ MISSED_BY_FMPY: Mapping[Spoil, str] = {
 def test_fault_that_fmpy_does_not_see_is_told(paper: Path, tmp_path: Path, spoil: Spoil) -> None:
     fmu = rewritten(paper, tmp_path / "spoilt.fmu", spoil)
     assert validate_fmu(str(fmu)) == []
-    found = check_fmu(fmu, body_ports())
-    assert not found.ok
-    assert any(MISSED_BY_FMPY[spoil] in text for text in faults(found))
+    listed = check_fmu(fmu, body_ports())
+    assert not listed.ok
+    assert any(MISSED_BY_FMPY[spoil] in text for text in faults(listed))
 
 
 def renamed(old: str, new: str) -> Spoil:
@@ -119,7 +119,7 @@ def constant_output(root: ET.Element) -> None:
 
 
 @pytest.mark.parametrize(
-    ("spoil", "said"),
+    ("spoil", "message"),
     [
         (drives_nothing, "cannot drive the body: it has neither an output delta_p (Pa) nor"),
         (renamed("volume", "volumen"), "has an input 'volumen' that the body does not give; did "),
@@ -132,21 +132,21 @@ def constant_output(root: ET.Element) -> None:
     ],
 )
 def test_what_keeps_it_from_a_body_is_told(
-    paper: Path, tmp_path: Path, spoil: Spoil, said: str
+    paper: Path, tmp_path: Path, spoil: Spoil, message: str
 ) -> None:
-    found = check_fmu(rewritten(paper, tmp_path / "spoilt.fmu", spoil), body_ports())
-    assert not found.ok
-    assert any(said in text for text in faults(found)), faults(found)
+    listed = check_fmu(rewritten(paper, tmp_path / "spoilt.fmu", spoil), body_ports())
+    assert not listed.ok
+    assert any(message in text for text in faults(listed)), faults(listed)
 
 
 def test_all_faults_are_told_at_once(paper: Path, tmp_path: Path) -> None:
     def spoil(root: ET.Element) -> None:
-        for one in (wrong_base_unit, start_below_min, renamed("volume", "V"), drives_nothing):
-            one(root)
+        for fault in (wrong_base_unit, start_below_min, renamed("volume", "V"), drives_nothing):
+            fault(root)
 
-    said = " ".join(faults(check_fmu(rewritten(paper, tmp_path / "s.fmu", spoil), body_ports())))
+    message = " ".join(faults(check_fmu(rewritten(paper, tmp_path / "s.fmu", spoil), body_ports())))
     for fragment in ("declared as 1 ", "rest_volume: start", "input 'V'", "cannot drive the body"):
-        assert fragment in said
+        assert fragment in message
 
 
 def tool_needed(root: ET.Element) -> None:
@@ -190,16 +190,16 @@ NOTES: Mapping[Spoil, str] = {
 @pytest.fixture
 def untried(monkeypatch: pytest.MonkeyPatch) -> None:
     """No trial: its process takes a second to start."""
-    monkeypatch.setattr("cosim.fmu.check.try_fmu", lambda *_: [])
+    monkeypatch.setattr("cosim.controllers.check.try_fmu", lambda *_: [])
 
 
 @pytest.mark.parametrize("spoil", NOTES)
 def test_what_other_tools_mind_is_noted_and_no_fault(
     paper: Path, tmp_path: Path, untried: None, spoil: Spoil
 ) -> None:
-    found = check_fmu(rewritten(paper, tmp_path / "spoilt.fmu", spoil), body_ports())
-    assert found.ok, faults(found)
-    assert any(text.startswith(NOTES[spoil]) for text in notes(found)), notes(found)
+    listed = check_fmu(rewritten(paper, tmp_path / "spoilt.fmu", spoil), body_ports())
+    assert listed.ok, faults(listed)
+    assert any(text.startswith(NOTES[spoil]) for text in notes(listed)), notes(listed)
 
 
 def test_script_with_the_name_of_a_standard_module_is_noted(
@@ -211,9 +211,9 @@ def test_script_with_the_name_of_a_standard_module_is_noted(
         for name in old.namelist():
             data = b"colorsys" if name.endswith("slavemodule.txt") else old.read(name)
             new.writestr(name.replace(stem, "colorsys"), data)
-    found = check_fmu(copy, body_ports())
-    assert found.ok  # here it runs under a name of its own
-    assert any("colorsys.py has the name of a standard module" in text for text in notes(found))
+    listed = check_fmu(copy, body_ports())
+    assert listed.ok  # here it runs under a name of its own
+    assert any("colorsys.py has the name of a standard module" in text for text in notes(listed))
 
 
 @pytest.mark.parametrize("content", [None, b"This is no FMU."], ids=["missing", "no archive"])
@@ -221,8 +221,8 @@ def test_file_that_is_no_fmu_is_a_finding_too(tmp_path: Path, content: bytes | N
     path = tmp_path / "x.fmu"
     if content is not None:
         path.write_bytes(content)
-    found = check_fmu(path, body_ports())
-    assert (found.ok, len(faults(found)), found.ports) == (False, 1, [])
+    listed = check_fmu(path, body_ports())
+    assert (listed.ok, len(faults(listed)), listed.ports) == (False, 1, [])
 
 
 def test_binary_for_another_machine_is_told_beside_the_rest(paper: Path, tmp_path: Path) -> None:
@@ -233,16 +233,16 @@ def test_binary_for_another_machine_is_told_beside_the_rest(paper: Path, tmp_pat
             if not name.startswith(("binaries/", "resources/")):
                 new.writestr(name, old.read(name))
         new.writestr("binaries/darwin64/PaperController.dylib", b"")
-    said = faults(check_fmu(path, body_ports()))
-    assert any("it runs on: darwin64" in text for text in said)
-    assert any("rest_volume: start" in text for text in said)
+    message = faults(check_fmu(path, body_ports()))
+    assert any("it runs on: darwin64" in text for text in message)
+    assert any("rest_volume: start" in text for text in message)
 
 
 def test_ports_say_what_they_connect_to(shipped: Mapping[str, Path], untried: None) -> None:
-    found = check_fmu(shipped["pressure-support"], body_ports())
-    assert (found.ok, found.findings) == (True, [])
-    assert found.title == "FMI 2.0, PressureSupport"
-    uses = {use.port.name: use for use in found.ports}
+    listed = check_fmu(shipped["pressure-support"], body_ports())
+    assert (listed.ok, listed.findings) == (True, [])
+    assert listed.title == "FMI 2.0, PressureSupport"
+    uses = {use.port.name: use for use in listed.ports}
     assert uses["flow"].partner.name == "flow"
     assert uses["flow"].factor == pytest.approx(60_000, rel=1e-15)  # m3/s to L/min
     assert uses["delta_p"].factor == pytest.approx(98.0665, rel=1e-15)
@@ -252,8 +252,8 @@ def test_ports_say_what_they_connect_to(shipped: Mapping[str, Path], untried: No
 @pytest.mark.slow
 @pytest.mark.parametrize("name", CONTROLLERS)
 def test_nothing_is_found_in_what_ships(shipped: Mapping[str, Path], name: str) -> None:
-    found = check_fmu(shipped[name], body_ports())
-    assert (found.ok, found.findings) == (True, [])
+    listed = check_fmu(shipped[name], body_ports())
+    assert (listed.ok, listed.findings) == (True, [])
 
 
 def test_names_and_units_can_be_given(paper: Path, tmp_path: Path, untried: None) -> None:
@@ -264,9 +264,9 @@ def test_names_and_units_can_be_given(paper: Path, tmp_path: Path, untried: None
 
     fmu = rewritten(paper, tmp_path / "other.fmu", spoil)
     names = {"delta_p": PortName("Paw"), "volume": PortName("V_lung", "mL")}
-    found = check_fmu(fmu, body_ports(), names)
-    assert found.ok, faults(found)
-    uses = {use.port.name: use for use in found.ports}
+    listed = check_fmu(fmu, body_ports(), names)
+    assert listed.ok, faults(listed)
+    uses = {use.port.name: use for use in listed.ports}
     assert (uses["Paw"].partner.name, uses["V_lung"].partner.name) == ("delta_p", "volume")
     assert uses["V_lung"].factor == pytest.approx(1e6, rel=1e-15)  # m3 to mL
 
@@ -277,13 +277,13 @@ def test_names_and_units_can_be_given(paper: Path, tmp_path: Path, untried: None
 def test_another_guid_is_told_by_the_binary(foreign: Foreign, tmp_path: Path) -> None:
     spoilt = rewritten(foreign(2), tmp_path / "s.fmu", lambda root: root.set("guid", "{other}"))
     assert len(validate_fmu(str(spoilt))) == len(validate_fmu(str(foreign(2))))
-    (said,) = faults(check_fmu(spoilt, body_ports()))
-    assert said.startswith("in a trial: could not be loaded")
+    (message,) = faults(check_fmu(spoilt, body_ports()))
+    assert message.startswith("in a trial: could not be loaded")
 
 
 @pytest.mark.slow  # a process each
 @pytest.mark.parametrize(
-    ("defect", "said"),
+    ("defect", "message"),
     [
         ("NAN_OUTPUT", "delta_p = nan at t = "),
         ("CRASH", "in a trial: crashed"),
@@ -291,7 +291,7 @@ def test_another_guid_is_told_by_the_binary(foreign: Foreign, tmp_path: Path) ->
         ("STATUS=3", "in a trial: could not step from t = "),
     ],
 )
-def test_failing_binary_is_told(foreign: Foreign, defect: str, said: str) -> None:
-    found = list(try_fmu(foreign(2, defect), {"volume": 2.5}, 1 / 30, time_limit=1.0))
-    (text,) = [finding.text for finding in found if finding.fault]
-    assert said in text
+def test_failing_binary_is_told(foreign: Foreign, defect: str, message: str) -> None:
+    listed = list(try_fmu(foreign(2, defect), {"volume": 2.5}, 1 / 30, time_limit=1.0))
+    (text,) = [finding.text for finding in listed if finding.fault]
+    assert message in text
