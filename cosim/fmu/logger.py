@@ -14,7 +14,6 @@ from weakref import WeakValueDictionary
 
 import fmpy
 from fmpy import fmi1, fmi2
-from fmpy.logging import addLoggerProxy
 
 from cosim.fmu.log import FmuLog
 
@@ -32,15 +31,24 @@ def unique_name(name: str, log: FmuLog) -> str:
 def callbacks1() -> fmi1.fmi1CallbackFunctions:
     """Functions that FMUs of FMI 1.0 call."""
     callbacks = fmi1.fmi1CallbackFunctions(_LOGGER1, _ALLOCATE1, _FREE1)
-    addLoggerProxy(ctypes.byref(callbacks))
+    _add_proxy(callbacks)
     return callbacks
 
 
 def callbacks2() -> fmi2.fmi2CallbackFunctions:
     """Functions that FMUs of FMI 2.0 call."""
     callbacks = fmi2.fmi2CallbackFunctions(_LOGGER2, _ALLOCATE2, _FREE2)
-    addLoggerProxy(ctypes.byref(callbacks))
+    _add_proxy(callbacks)
     return callbacks
+
+
+def _add_proxy(callbacks: fmi1.fmi1CallbackFunctions | fmi2.fmi2CallbackFunctions) -> None:
+    """Let fmpy's proxy format messages, where it has one: there is none for Linux on ARM."""
+    try:
+        from fmpy.logging import addLoggerProxy  # loads a library
+    except OSError:
+        return  # messages come as their formats, such as "pressure %g"
+    addLoggerProxy(ctypes.byref(callbacks))
 
 
 def _deliver(_: Any, name: bytes | None, status: int, __: bytes, message: bytes) -> None:

@@ -11,6 +11,7 @@ import pythonfmu  # noqa: F401 - Python FMUs find this one, and not the copy in 
 
 from cosim.errors import FmuError
 from cosim.fmu.description import elements, ports_of, read_description
+from cosim.fmu.exception_types import keep_exception_types_alive
 from cosim.fmu.folder import FmuFolder
 from cosim.fmu.guard import Guard
 from cosim.fmu.imports import imports_undone
@@ -124,6 +125,7 @@ class FmuParticipant:
         if self._started:
             raise FmuError(f"FMU {self.path} is already running; load it again for a second run")
         self._started = True
+        keep_exception_types_alive()
         with imports_undone(self._folder.path):
             about = self._description, self._folder, self.run_as, self.name, self.log
             self._calls = self._guard.call("be loaded", load, *about)

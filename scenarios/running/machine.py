@@ -54,7 +54,7 @@ def machine() -> dict[str, str]:
     return {
         "processor": _processor(),
         "system": f"{platform.system()} {platform.machine()}",
-        "blas": "; ".join(dict.fromkeys(blas)) or "none found",
+        "blas": "; ".join(sorted(set(blas))) or "none found",
     }
 
 

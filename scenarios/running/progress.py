@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
-from softbody_core import Counters
+if TYPE_CHECKING:  # a command that prints its help has no use for a body
+    from softbody_core import Counters
 
 
 class Counted(Protocol):

@@ -70,7 +70,7 @@ def test_same_unit_converts_to_the_bit() -> None:
     assert unit("cmH2O").conversion_to(unit("cmH2O")) == (1.0, 0.0)
 
 
-@pytest.mark.parametrize("symbol", ["xyz", "H2O", "cmH20", "5", "2 L", "(", "m-", "kg+m", "dB/"])
+@pytest.mark.parametrize("symbol", ["xyz", "cmH20", "5", "2 L", "(", "m-", "kg+m", "dB/"])
 def test_unknown_unit_is_refused_by_name(symbol: str) -> None:
     with pytest.raises(UnitError) as caught:
         unit(symbol)

@@ -29,7 +29,7 @@ class Faulty(Fmi2Slave):
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         if self.fault == "step":
-            raise ZeroDivisionError("the pump has stopped")
+            raise RuntimeError("the pump has stopped")
         self.y = float("nan") if self.fault == "nan" else 2 * self.u
         return self.fault != "refusal"
 

@@ -14,7 +14,7 @@ import pytest
 import xarray as xr
 
 import scenarios
-import scenarios.__main__ as command_line
+import softbody
 from scenarios.commands import run as run_command
 from tests.scenarios.conftest import FMUS, Cli
 
@@ -318,4 +318,4 @@ def test_an_interrupted_process_saves_what_it_has(
 
 def test_the_console_script_is_main() -> None:
     (script,) = entry_points(group="console_scripts", name="softbody")
-    assert script.load() is command_line.main
+    assert script.load() is softbody.main  # which looks for namesakes first

@@ -16,14 +16,15 @@ def test_a_new_controller_works_as_it_is(cli: Cli, tmp_path: Path) -> None:
     assert said.code == 0
     commands = [part.split() for part in said.out.split("Next:")[1].split("softbody ")[1:]]
     assert [command[0:2] for command in commands] == [
-        ["controller", "build"],
         ["controller", "check"],
         ["run", "sphere-lung"],
+        ["controller", "build"],
     ]
-    commands[2] += ["--set", "mesh.icosphere=1", "--cycles", "1", "--no-plot"]
-    build, check, run = (cli(*command) for command in commands)
-    assert (build.code, check.code, run.code) == (0, 0, 0)
-    assert "ok: my_vent.fmu can drive a body" in check.out
+    commands[1] += ["--set", "mesh.icosphere=1", "--cycles", "1", "--no-plot"]
+    check, run, build = (cli(*command) for command in commands)
+    assert (check.code, run.code, build.code) == (0, 0, 0)
+    assert "ok: my_vent.py can drive a body" in check.out
+    assert (tmp_path / "my_vent.fmu").exists()
     assert "note" not in check.out
     assert "class MyVent(" in (tmp_path / "my_vent.py").read_text()
     assert (tmp_path / "out.nc").exists()
