@@ -96,7 +96,7 @@ class Controller(Fmi2Slave):
         declared = {name: v for name, v in vars(cls).items() if isinstance(v, Variable)}
         cls.variables = {**cls.variables, **declared}
         cls.units = {name: v.unit for name, v in cls.variables.items() if v.unit is not None}
-        cls.bounds = {name: v.bounds for name, v in cls.variables.items() if any_bound(v)}
+        cls.bounds = {n: v.bounds for n, v in cls.variables.items() if v.bounds != (None, None)}
 
     def __init__(self, **kwargs: object) -> None:
         super().__init__(**kwargs)
@@ -143,8 +143,3 @@ class Controller(Fmi2Slave):
         """Value and unit of a variable, as text."""
         unit = self.units.get(name, "1")
         return repr(getattr(self, name)) + ("" if unit == "1" else f" {unit}")
-
-
-def any_bound(variable: Variable) -> bool:
-    """Whether a variable has bounds."""
-    return variable.bounds != (None, None)
