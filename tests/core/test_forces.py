@@ -94,9 +94,10 @@ def test_forces_move_and_turn_with_the_body_if_the_law_is_objective(law, potato,
     move = generator.normal(size=(3, 1))
     turned = force_at(force, potato, turn @ x + move, turn @ v).copy()
     expected = turn @ force_at(force, potato, x, v)
-    # moving by a metre costs a digit of positions of 0.1 m
+    # Roundings of positions a metre away, over arms of slim triangles that can be a tenth of a
+    # micrometre: 1e-9. What does not turn with the body is off by 3e-4 or more, in 250 bodies.
     off = np.abs(turned - expected).max() / max(1, np.abs(expected).max())
-    assert (off <= 1e-11) == law.objective, (
+    assert (off <= 1e-8) == law.objective, (
         f"{law!r}.objective is {law.objective}, but forces on a body that is moved and turned are "
         f"{off:.3g} off those of the body where it was"
     )
