@@ -21,6 +21,8 @@ _HOME: Final = Path(__file__).resolve().parent
 
 
 def __getattr__(name: str) -> Any:
+    if name == "__all__":  # for `from softbody import *`
+        return sorted(_homes())
     if name.startswith("_") or name not in _homes():
         raise AttributeError(f"module 'softbody' has no attribute {name!r}")
     return getattr(importlib.import_module(_homes()[name]), name)

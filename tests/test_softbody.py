@@ -42,6 +42,18 @@ def test_no_name_means_two_things() -> None:
         assert len(things) == 1, name
 
 
+def test_a_star_brings_the_public_names_and_nothing_else() -> None:
+    names: dict[str, object] = {}
+    exec("from softbody import *", names)  # noqa: S102 - what people type
+    del names["__builtins__"]
+    assert set(names) == {name for package in PACKAGES for name in package.__all__}
+
+
+def test_a_name_in_place_of_a_scenario_is_told_how_to_be_loaded() -> None:
+    with pytest.raises(softbody.ScenarioError, match=r"softbody\.load\('sphere-lung'\)"):
+        softbody.run("sphere-lung")
+
+
 def test_an_unknown_name_is_an_attribute_error() -> None:
     with pytest.raises(AttributeError, match="has no attribute 'nothing'"):
         _ = softbody.nothing

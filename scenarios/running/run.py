@@ -10,7 +10,7 @@ from typing import Any, Final
 import xarray as xr
 
 from cosim.loop import require_serialization
-from scenarios.errors import CheckpointError, Interrupted, RunError
+from scenarios.errors import CheckpointError, Interrupted, RunError, ScenarioError
 from scenarios.running.checkpoint import Checkpoints, read
 from scenarios.running.machine import machine, versions
 from scenarios.running.participants import open_participants
@@ -62,6 +62,11 @@ def run(
         If the run ended early, by divergence or a failing FMU; its ``dataset`` holds the good part.
         It is an `Interrupted` where someone interrupted it.
     """
+    if not isinstance(scenario, Scenario):
+        raise ScenarioError(
+            f"scenario = {scenario!r}: expected a Scenario; read one with "
+            f"softbody.load({scenario!r})"
+        )
     if controller is not None:
         scenario = scenario.draft.with_controller(controller).build(si=True)
     with open_participants(scenario) as participants:
