@@ -32,20 +32,29 @@ CONTROLLERS: Final[dict[str, str]] = {
 
 _NAME: Final = re.compile(r"[a-z][a-z0-9_]*")
 
-__all__ = ["CONTROLLERS", "build", "controller_fmu", "controller_source", "fmu_of", "new_source"]
+__all__ = ["CONTROLLERS", "build", "controller_fmu", "controller_source", "new_source"]
 
 
-def controller_source(name: str) -> Path:
-    """Source file of a controller that ships.
+def controller_source(use: str, folder: Path = Path()) -> Path:
+    """Source file of a controller that ships, by name, or one in a Python file.
+
+    Parameters
+    ----------
+    use : str
+        A name in `CONTROLLERS`, or a file that ends in ``.py``.
+    folder : Path
+        Against which a file's path is read.
 
     Raises
     ------
     ControllerError
-        If there is none of that name.
+        If none ships under that name.
     """
-    if name not in CONTROLLERS:
-        raise ControllerError(f"no controller is named {name!r}; {nearest(name, CONTROLLERS)}")
-    return Path(__file__).with_name(CONTROLLERS[name])
+    if use.endswith(".py"):
+        return folder / use
+    if use not in CONTROLLERS:
+        raise ControllerError(f"no controller is named {use!r}; {nearest(use, CONTROLLERS)}")
+    return Path(__file__).with_name(CONTROLLERS[use])
 
 
 def new_source(name: str) -> str:
@@ -77,41 +86,35 @@ def new_source(name: str) -> str:
     return text.replace("class Template(", f"class {title}(")
 
 
-def controller_fmu(name: str) -> Path:
-    """FMU of a controller that ships; see `fmu_of`."""
-    return fmu_of(controller_source(name), name)
-
-
-def fmu_of(source: Path, name: str | None = None) -> Path:
-    """FMU of a controller's source, from the user's cache, built if it is not there.
+def controller_fmu(use: str, folder: Path = Path()) -> Path:
+    """FMU of a controller that ships or of a source, from the user's cache; built if not there.
 
     The file's name holds the hash of its content, so a changed source is never answered by an old
     FMU.
 
     Parameters
     ----------
-    source : Path
-        A Python file with a pythonfmu class.
-    name : str, optional
-        What the FMU's file name begins with; that of the source by default.
+    use, folder
+        As of `controller_source`.
 
     Raises
     ------
     ControllerError
-        If the source does not exist, or cannot be built.
+        If there is no such source, or it cannot be built.
     """
+    source = controller_source(use, folder)
     if not source.is_file():
         raise ControllerError(f"controller source {source} does not exist; check the path")
-    file = f"{name or source.stem}-{content_hash(source)[:16]}.fmu"
+    file = f"{Path(use).stem}-{content_hash(source)[:16]}.fmu"
     cached = platformdirs.user_cache_path("softbody-cosim") / file
     if cached.is_file():
         return cached
     try:
         cached.parent.mkdir(parents=True, exist_ok=True)
-        folder = tempfile.TemporaryDirectory(dir=cached.parent)
+        temporary = tempfile.TemporaryDirectory(dir=cached.parent)
     except OSError:  # a home that cannot be written: build for this process alone
         return build(source, Path(tempfile.mkdtemp(prefix="softbody-cosim-")) / file)
-    with folder as place:
+    with temporary as name:
         # Moved at once, so that another process never sees half a file.
-        build(source, Path(place) / file).replace(cached)
+        build(source, Path(name) / file).replace(cached)
     return cached

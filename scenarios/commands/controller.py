@@ -14,7 +14,6 @@ from cosim.controllers import (
     build,
     controller_fmu,
     controller_source,
-    fmu_of,
     new_source,
 )
 from cosim.controllers.check import Check, PortUse, check_fmu
@@ -78,8 +77,7 @@ def build_(source: str, /, *, output: Output) -> None:
         The FMU to write.
     """
     check_writable(output, ".fmu")
-    path = Path(source) if source.endswith(".py") else controller_source(source)
-    Terminal().line(f"wrote {build(path, output)}")
+    Terminal().line(f"wrote {build(controller_source(source), output)}")
 
 
 @controller_app.command(name="check")
@@ -97,10 +95,8 @@ def check(fmu: str, /, *, scenario: str | None = None) -> None:
     if scenario is not None:
         driven = draft(scenario).with_controller(fmu).build().controller
         names = {} if driven is None else driven.ports
-    if fmu in CONTROLLERS:
-        path = controller_fmu(fmu)
-    else:
-        path = fmu_of(Path(fmu)) if fmu.endswith(".py") else Path(fmu)
+    built = fmu in CONTROLLERS or fmu.endswith(".py")
+    path = controller_fmu(fmu) if built else Path(fmu)
     report = check_fmu(path, body_ports(), names)
     _show(Terminal(), fmu, report)
     if not report.ok:

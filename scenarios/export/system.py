@@ -143,5 +143,5 @@ def _controller_fmu(
     if controller.use.endswith(".fmu") or not parameters:
         return fmu
     starts = {assignment.variable.name: assignment.values[0] for assignment in parameters}
-    source = where / controller.use if controller.is_file else controller_source(controller.use)
+    source = controller_source(controller.use, where)
     return build_configured(source, starts, folder / "controller.fmu")

@@ -16,7 +16,7 @@ from cosim import (
     WiringError,
     quantity,
 )
-from cosim.controllers import CONTROLLERS, controller_fmu, fmu_of
+from cosim.controllers import CONTROLLERS, controller_fmu
 from cosim.errors import nearest
 from cosim.matching import PortName, match
 from scenarios.errors import ScenarioError
@@ -130,14 +130,12 @@ def controller_path(controller: Controller, folder: Path) -> Path:
     """FMU of the controller: a file's path; or built, if need be, of one that ships or a source."""
     if controller.use.endswith(".fmu"):
         return folder / controller.use
-    if controller.is_file:
-        return fmu_of(folder / controller.use)
-    if controller.use not in CONTROLLERS:
+    if not controller.is_file and controller.use not in CONTROLLERS:
         raise ScenarioError(
             f"controller.use = {controller.use!r}: {nearest(controller.use, CONTROLLERS)}. "
             "An FMU ends in .fmu, a controller's source in .py"
         )
-    return controller_fmu(controller.use)
+    return controller_fmu(controller.use, folder)
 
 
 def connect(
